@@ -1,0 +1,238 @@
+# periFoam: peridynamics in C (pd_solver), coupled to OpenFOAM's solvers (foam_adapter).
+#
+# GNU make, run from this folder. `make help` lists the targets. Every variable can be given
+# on the command line: make CC=mpicc.mpich OPTIMISE=-O0 WERROR=
+# V=1 shows whole commands.
+
+.DELETE_ON_ERROR:
+.SUFFIXES:
+MAKEFLAGS += --no-builtin-rules
+
+.PHONY: all library adapter bootstrap pictures test demo validate format check-format \
+        clean distclean help force
+all: library adapter
+
+# --- sources ----------------------------------------------------------------------------
+
+PD_SOURCES = \
+    pd_solver/src/body.c \
+    pd_solver/src/neighbourhood.c \
+    pd_solver/src/material.c \
+    pd_solver/src/force_correspondence.c \
+    pd_solver/src/formulation.c \
+    pd_solver/src/damage.c \
+    pd_solver/src/status.c
+
+ADAPTER_SOURCES = \
+    foam_adapter/peridynamics/peridynamics.C \
+    foam_adapter/peridynamics/report.C \
+    foam_adapter/momentumSource/momentumSource.C \
+    foam_adapter/transfer/transfer.C \
+    foam_adapter/transfer/stencils.C \
+    foam_adapter/transfer/kernel.C \
+    foam_adapter/solidBody/solidBody.C \
+    foam_adapter/checkedDictionary/checkedDictionary.C \
+    foam_adapter/pointCloud/pointCloud.C
+
+# One program each, tests/unit/<name>.c.
+UNIT_TESTS = \
+    test_neighbourhood \
+    test_formulations \
+    test_material \
+    test_damage \
+    test_body
+
+# --- OpenFOAM ---------------------------------------------------------------------------
+
+# FOAM_SRC, FOAM_LIB, FOAM_API and FOAM_FLAGS are scripts/bootstrap's. Make builds the file
+# if a target needs it, also after another OpenFOAM environment has been sourced.
+without_foam := library bootstrap pictures format check-format clean distclean help
+ifneq ($(filter-out $(without_foam),$(or $(MAKECMDGOALS),all)),)
+include .cache/openfoam.mk
+ifneq ($(FOAM_ENVIRONMENT),$(or $(WM_PROJECT_DIR),/usr/share/openfoam):$(WM_OPTIONS))
+.cache/openfoam.mk: force
+endif
+endif
+
+.cache/openfoam.mk: scripts/bootstrap
+	@scripts/bootstrap build
+	@touch $@
+
+# --- tools and flags --------------------------------------------------------------------
+
+ifeq ($(origin CC),default)
+CC = mpicc
+endif
+ifeq ($(origin CXX),default)
+CXX = g++
+endif
+AR = ar
+
+OPTIMISE = -O3
+WERROR = -Werror
+WARNINGS = -Wall -Wextra $(WERROR)
+DEPENDENCIES = -MMD -MP
+
+# <word>: shows it and the target in place of the command that follows.
+brief = $(if $(V),,@printf '%-4s %s\n' $(1) $@; )
+
+PD_CFLAGS = -std=c11 $(OPTIMISE) -g -fPIC -fvisibility=hidden \
+    $(WARNINGS) -Wshadow -Wpedantic \
+    $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
+PD_LIBS = -lm
+TEST_CFLAGS = $(PD_CFLAGS) -Ipd_solver/src -Wno-unused-parameter
+
+# The standard that OpenFOAM itself is compiled with.
+CXX_STANDARD := c++$(shell api='$(FOAM_API)'; \
+    if [ "$${api:-0}" -ge 2312 ]; then echo 17; \
+    elif [ "$${api:-0}" -ge 2106 ]; then echo 14; else echo 11; fi)
+
+FOAM_INCLUDES = \
+    OpenFOAM \
+    OSspecific/POSIX \
+    finiteVolume \
+    fvOptions \
+    meshTools \
+    fileFormats \
+    surfMesh \
+    lagrangian/basic \
+    dynamicMesh \
+    sampling \
+    parallel/decompose/decompositionMethods
+# FOAM_MPI names the folder of libPstream, in an OpenFOAM environment that was sourced.
+FOAM_LIBS = -L$(FOAM_LIB) -L$(FOAM_LIB)/$(FOAM_MPI) \
+    -lOpenFOAM -lPstream -lfiniteVolume -lfvOptions -lmeshTools -llagrangian
+
+# pd.h names MPI's communicator. As system headers, so that only our own warnings count.
+MPI_COMPILE := $(patsubst -I%,-isystem %,$(shell $(CC) --showme:compile 2>/dev/null))
+MPI_LINK := $(shell $(CC) --showme:link 2>/dev/null)
+
+ADAPTER_CXXFLAGS = -std=$(CXX_STANDARD) $(FOAM_FLAGS) \
+    -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX \
+    $(OPTIMISE) -fPIC -ftemplate-depth-100 \
+    $(WARNINGS) -Wnon-virtual-dtor -Wno-unused-parameter -Wno-old-style-cast \
+    -Wno-alloc-size-larger-than -Wno-invalid-offsetof -Wno-attributes -Wno-unknown-pragmas \
+    $(DEPENDENCIES) $(addprefix -I,$(sort $(dir $(ADAPTER_SOURCES)))) -Ipd_solver/include \
+    $(FOAM_INCLUDES:%=-isystem $(FOAM_SRC)/%/lnInclude) $(MPI_COMPILE) $(CXXFLAGS_EXTRA)
+
+# OpenFOAM selects models at run time: the linker cannot see which libraries are needed.
+ADAPTER_LDFLAGS = -Wl,--no-as-needed $(LDFLAGS_EXTRA)
+
+# --- libraries --------------------------------------------------------------------------
+
+PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o)
+ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
+
+library: lib/libpd.a lib/libpd.so
+adapter: lib/libperiFoam.so
+
+# On the Makefile too: a source may have left the list, a flag may have changed.
+lib/libpd.a: $(PD_OBJECTS) Makefile
+	@mkdir -p $(@D) && rm -f $@
+	$(call brief,AR)$(AR) rcs $@ $(PD_OBJECTS)
+
+lib/libpd.so: $(PD_OBJECTS) Makefile
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CC) -shared -Wl,-soname,$(@F) -Wl,-z,defs -o $@ $(PD_OBJECTS) \
+	    $(LDFLAGS_EXTRA) $(PD_LIBS)
+
+# With every symbol resolved: a library that does not load leaves a run uncoupled.
+lib/libperiFoam.so: $(ADAPTER_OBJECTS) lib/libpd.a Makefile
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CXX) -shared -Wl,-soname,$(@F) -Wl,-z,defs -o $@ $(ADAPTER_OBJECTS) \
+	    lib/libpd.a $(ADAPTER_LDFLAGS) $(FOAM_LIBS) $(MPI_LINK) $(PD_LIBS)
+
+build/objects/pd_solver/%.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -c -o $@ $<
+
+build/objects/foam_adapter/%.o: foam_adapter/%.C Makefile .cache/openfoam.mk
+	@mkdir -p $(@D)
+	$(call brief,CXX)$(CXX) $(ADAPTER_CXXFLAGS) -c -o $@ $<
+
+# --- tests ------------------------------------------------------------------------------
+
+# tests/run runs what is in build/tests, and finds the applications of build/bin by name.
+UNIT_PROGRAMS = $(UNIT_TESTS:%=build/tests/%)
+UNIT_OBJECTS = $(UNIT_TESTS:%=build/objects/tests/unit/%.o)
+TRANSFER_OBJECT = build/objects/tests/transfer/testTransfer.o
+TEST_APPLICATIONS = build/bin/testTransfer
+
+.SECONDARY: $(UNIT_OBJECTS)
+
+build/objects/tests/%.o: tests/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
+
+build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CC) -o $@ $< lib/libpd.a $(LDFLAGS_EXTRA) -lcmocka $(PD_LIBS)
+
+build/objects/tests/%.o: tests/%.C Makefile .cache/openfoam.mk
+	@mkdir -p $(@D)
+	$(call brief,CXX)$(CXX) $(ADAPTER_CXXFLAGS) -c -o $@ $<
+
+build/bin/testTransfer: $(TRANSFER_OBJECT) lib/libperiFoam.so
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../../lib' $(ADAPTER_LDFLAGS) \
+	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
+
+test: all $(UNIT_PROGRAMS) $(TEST_APPLICATIONS)
+	@rm -f $(filter-out $(UNIT_PROGRAMS),$(wildcard build/tests/*))
+	@tests/run $(FILTER)
+
+# --- cases ------------------------------------------------------------------------------
+
+demo: all pictures
+	scripts/demo
+
+validate: all
+	scripts/validate elastic_band
+
+# --- the rest ---------------------------------------------------------------------------
+
+bootstrap:
+	@scripts/bootstrap build
+
+pictures:
+	@scripts/bootstrap build pictures
+
+# <options of clang-format>: our C and C++ files, those that git does not know yet too.
+define clang_format
+	@if command -v clang-format >/dev/null; then \
+	    git ls-files -z --cached --others --exclude-standard -- \
+	        'pd_solver/*.[ch]' 'foam_adapter/*.[CH]' 'tests/*.[chCH]' | \
+	    xargs -0 -r clang-format $(1); \
+	else \
+	    echo 'clang-format is not installed: nothing was done'; \
+	fi
+endef
+
+format:
+	$(call clang_format,-i)
+
+check-format:
+	$(call clang_format,--dry-run --Werror)
+
+clean:
+	rm -rf build lib
+
+distclean: clean
+	rm -rf .cache
+
+help:
+	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so'
+	@echo 'make library         the C library alone, which needs no OpenFOAM'
+	@echo 'make bootstrap       install what a build needs (scripts/bootstrap build)'
+	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
+	@echo 'make demo            one coupled case, from the mesh to the pictures'
+	@echo 'make validate        the elastic band against its reference'
+	@echo 'make format          lay out the sources with clang-format'
+	@echo 'make check-format    fail if that would change them'
+	@echo 'make clean           remove build and lib'
+	@echo 'make distclean       remove .cache too'
+	@echo
+	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
+
+-include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(UNIT_OBJECTS:.o=.d) \
+    $(TRANSFER_OBJECT:.o=.d)

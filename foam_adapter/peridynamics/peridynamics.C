@@ -1,0 +1,794 @@
+/*---------------------------------------------------------------------------*\
+    periFoam: peridynamic structures in OpenFOAM flows
+
+License
+    GPL-3.0-or-later, see LICENSE.
+
+\*---------------------------------------------------------------------------*/
+
+#include "peridynamics.H"
+#include "addToRunTimeSelectionTable.H"
+#include "fvOptions.H"
+#include "meshSearch.H"
+#include "pointCloud.H"
+
+#include <cmath>
+
+// * * * * * * * * * * * * * * Static Data Members * * * * * * * * * * * * * //
+
+namespace Foam
+{
+namespace functionObjects
+{
+    defineTypeNameAndDebug(peridynamics, 0);
+    addToRunTimeSelectionTable(functionObject, peridynamics, dictionary);
+}
+}
+
+namespace
+{
+
+using namespace Foam;
+
+//- Hold strength: 1/deltaT times this leaves 1/1000 of the velocity a step
+constexpr scalar holdStrength = 1000;
+
+//- A fixed deltaT beyond the stable step by more than this ends the run
+constexpr scalar allowedExcess = 2;
+
+const char* const solversThatAsk =
+    "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam";
+
+} // End anonymous namespace
+
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+Foam::functionObjects::peridynamics::stopwatch::~stopwatch()
+{
+    total_ += std::chrono::duration<scalar>
+    (
+        std::chrono::steady_clock::now() - start_
+    ).count();
+}
+
+
+void Foam::functionObjects::peridynamics::checkFunctionKeys
+(
+    const dictionary& dict
+) const
+{
+    const periFoam::checkedDictionary keys(dict);
+    const wordList known
+    ({
+        "type", "libs", "functionObjectLibs", "region", "enabled", "log"
+    });
+    for (const word& key : known)
+    {
+        keys.found(key);
+    }
+    keys.finish();
+}
+
+
+void Foam::functionObjects::peridynamics::readCoupling()
+{
+    using periFoam::range;
+    const periFoam::checkedDictionary top(properties_);
+    const periFoam::checkedDictionary dict(top.sub("coupling"));
+
+    dict.choiceOr("immersed", "type", wordList({"immersed"}));
+    UName_ = dict.found("U") ? dict.name("U") : word("U");
+    phiName_ = dict.found("phi") ? dict.name("phi") : word("phi");
+    rhoInf_ = dict.number("rhoInf", range::above(0), dimDensity);
+    allowUnstable_ = dict.flagOr(false, "allowUnstable");
+    outputInterval_ = dict.integerOr(10, "outputInterval", 1);
+    reportInterval_ = dict.integerOr(100, "reportInterval", 1);
+    kernel_ = periFoam::kernel::find
+    (
+        dict.choiceOr("ib4", "kernel", periFoam::kernel::names())
+    );
+    const word scheme
+    (
+        dict.choiceOr
+        (
+            "faceFlux", "transfer", wordList({"faceFlux", "cellCentred"})
+        )
+    );
+    dict.finish();
+
+    transfer_.reset
+    (
+        new periFoam::transfer(mesh_, *kernel_, scheme == "faceFlux")
+    );
+}
+
+
+void Foam::functionObjects::peridynamics::readBodies()
+{
+    const periFoam::checkedDictionary top(properties_);
+    const periFoam::checkedDictionary dict(top.sub("bodies"));
+    const wordList names(dict.subNames());
+    if (names.empty())
+    {
+        top.refuse("bodies", "allowed: at least one body");
+    }
+    bodies_.resize(names.size());
+    label moving = 0;
+    forAll(names, i)
+    {
+        bodies_.set
+        (
+            i,
+            new periFoam::solidBody(names[i], dict.sub(names[i]), mesh_, rhoInf_)
+        );
+        moving += bodies_[i].nMoving();
+    }
+    position_.resize(moving);
+    velocity_.resize(moving, vector::zero);
+    midVelocity_.resize(moving, vector::zero);
+    force_.resize(moving, vector::zero);
+}
+
+
+void Foam::functionObjects::peridynamics::readProbes()
+{
+    const periFoam::checkedDictionary top(properties_);
+    wordList bodyNames(bodies_.size());
+    forAll(bodies_, i)
+    {
+        bodyNames[i] = bodies_[i].name();
+    }
+    if (top.found("probes"))
+    {
+        const periFoam::checkedDictionary probes(top.sub("probes"));
+        for (const word& name : probes.subNames())
+        {
+            const periFoam::checkedDictionary dict(probes.sub(name));
+            autoPtr<probePoint> p(new probePoint);
+            p->name = name;
+            p->bodyi = bodyNames.find(dict.choice("body", bodyNames));
+            p->X = dict.vectorOf("position", dimLength);
+            dict.finish();
+            probes_.append(p.release());
+        }
+    }
+    // The top level is complete only here. Sub-dictionary parameters is the
+    // user's own, for macros
+    top.found("parameters");
+    top.found("coupling");
+    top.found("bodies");
+    top.finish();
+}
+
+
+void Foam::functionObjects::peridynamics::checkSolver() const
+{
+    const periFoam::checkedDictionary top(properties_);
+    if (Pstream::parRun())
+    {
+        top.refuse
+        (
+            "coupling",
+            "the run is parallel; allowed: a serial run (this version does "
+            "not decompose bodies)"
+        );
+    }
+    const periFoam::checkedDictionary coupling(top.sub("coupling"));
+    if (!foundObject<volVectorField>(UName_))
+    {
+        coupling.refuse
+        (
+            "U",
+            "the solver " + time_.controlDict().lookupOrDefault<word>
+            (
+                "application", "(unnamed)"
+            ) + " has no velocity field " + UName_
+        );
+    }
+    if (!foundObject<surfaceScalarField>(phiName_))
+    {
+        coupling.refuse("phi", "the solver has no flux field " + phiName_);
+    }
+    if (phi().dimensions() != dimVolume/dimTime)
+    {
+        coupling.refuse
+        (
+            "phi",
+            phiName_ + " is a mass flux; allowed: the volume flux of an "
+            "incompressible solver (this version does not couple compressible "
+            "solvers)"
+        );
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::checkPlaces()
+{
+    forAll(bodies_, i)
+    {
+        const periFoam::solidBody& body = bodies_[i];
+        for (label p = 0; p < body.view().n_owned; ++p)
+        {
+            const point X(body.reference(p));
+            if (!mesh_.bounds().contains(X) || mesh_.findCell(X) < 0)
+            {
+                OStringStream os;
+                os  << "cell " << label(body.view().id[p]) << " of region "
+                    << body.name() << " at " << X
+                    << " lies outside the fluid mesh; allowed: within "
+                    << mesh_.bounds().min() << " to " << mesh_.bounds().max();
+                const periFoam::checkedDictionary top(properties_);
+                top.sub("bodies").refuse(body.name(), os.str());
+            }
+        }
+    }
+    checkOverlap();
+}
+
+
+void Foam::functionObjects::peridynamics::checkOverlap() const
+{
+    for (label i = 0; i < bodies_.size(); ++i)
+    {
+        // The mesh of body i, to see whether it holds points of the others
+        autoPtr<polyMesh> mesh;
+        for (label j = 0; j < bodies_.size(); ++j)
+        {
+            if (i == j)
+            {
+                continue;
+            }
+            if (!mesh.valid())
+            {
+                mesh.reset
+                (
+                    new polyMesh
+                    (
+                        IOobject
+                        (
+                            bodies_[i].name(),
+                            time_.constant(),
+                            time_,
+                            IOobject::MUST_READ
+                        )
+                    )
+                );
+            }
+            for (label p = 0; p < bodies_[j].view().n_owned; ++p)
+            {
+                const point X(bodies_[j].reference(p));
+                if (mesh->bounds().contains(X) && mesh->findCell(X) >= 0)
+                {
+                    OStringStream os;
+                    os  << "it overlaps the body " << bodies_[i].name()
+                        << " at " << X << "; allowed: bodies apart";
+                    const periFoam::checkedDictionary top(properties_);
+                    top.sub("bodies").refuse(bodies_[j].name(), os.str());
+                }
+            }
+        }
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::buildHolds()
+{
+    DynamicList<point> place;
+    DynamicList<scalar> volume;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        for (label p = body.nMoving(); p < body.view().n_owned; ++p)
+        {
+            place.append(body.reference(p));
+            volume.append(body.volume(p));
+        }
+    }
+    if (place.empty())
+    {
+        return;
+    }
+    scalarField covered;
+    transfer_->spreadAmount(place, volume, covered);
+
+    DynamicList<label> cells;
+    DynamicList<scalar> share;
+    forAll(covered, celli)
+    {
+        if (covered[celli] > 0)
+        {
+            cells.append(celli);
+            share.append(min(covered[celli]/mesh_.V()[celli], 1));
+        }
+    }
+    heldCells_ = cells;
+    heldShare_ = share;
+}
+
+
+void Foam::functionObjects::peridynamics::appendSource()
+{
+    fv::options& options = fv::options::New(mesh_);
+    PtrList<fv::option>& list = options;
+    source_ = new fv::periFoamMomentumSource(name(), UName_, mesh_, *this);
+    list.append(source_);
+
+    // A file that is edited during the run would be read again for every
+    // source by name, this one too, which is in no file
+    if (options.watchIndices().size())
+    {
+        options.watchIndices().clear();
+        Info<< type() << " " << name() << ": edits of fvOptions take effect"
+            << " at the next start, not during the run" << endl;
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::keepOldFields() const
+{
+    for (const word& name : mesh_.names<volScalarField>())
+    {
+        lookupObject<volScalarField>(name).oldTime();
+    }
+    U().oldTime();
+    phi().oldTime();
+}
+
+
+Foam::scalar
+Foam::functionObjects::peridynamics::estimateStableStep() const
+{
+    // The midpoint rule is stable for omega deltaT < 2. The fastest motion is
+    // a pressure wave of the solid as short as the kernel lets through
+    scalar step = GREAT;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        if (body.nMoving() == 0)
+        {
+            continue;
+        }
+        const scalar omega =
+            kernel_->steepest*body.waveSpeed()/transfer_->smallestWidth();
+        step = min(step, min(2/omega, body.stableStep(rhoInf_)));
+    }
+    return step;
+}
+
+
+void Foam::functionObjects::peridynamics::checkStep() const
+{
+    const scalar deltaT = time_.deltaTValue();
+    if
+    (
+        allowUnstable_
+     || time_.isAdjustTimeStep()
+     || deltaT <= allowedExcess*stableStep_
+    )
+    {
+        return;
+    }
+    const periFoam::checkedDictionary control(time_.controlDict());
+    OStringStream os;
+    os  << "the step that keeps the coupling stable is " << stableStep_
+        << " s; allowed: at most " << allowedExcess << " times that, "
+        << allowedExcess*stableStep_ << " s, or adjustTimeStep yes, or "
+        << "allowUnstable yes in coupling";
+    control.refuse("deltaT", os.str());
+}
+
+
+const Foam::volVectorField& Foam::functionObjects::peridynamics::U() const
+{
+    return lookupObject<volVectorField>(UName_);
+}
+
+
+const Foam::surfaceScalarField&
+Foam::functionObjects::peridynamics::phi() const
+{
+    return lookupObject<surfaceScalarField>(phiName_);
+}
+
+
+template<class Type>
+Foam::SubList<Type> Foam::functionObjects::peridynamics::ofBody
+(
+    List<Type>& all,
+    const label bodyi
+) const
+{
+    label start = 0;
+    for (label i = 0; i < bodyi; ++i)
+    {
+        start += bodies_[i].nMoving();
+    }
+    return SubList<Type>(all, bodies_[bodyi].nMoving(), start);
+}
+
+
+void Foam::functionObjects::peridynamics::place(const char* when)
+{
+    label start = 0;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        for (label p = 0; p < body.nMoving(); ++p)
+        {
+            position_[start++] = body.position(p);
+        }
+    }
+    forAll(position_, p)
+    {
+        // Lengths that cannot be in the mesh, NaN among them, end here
+        if (!(mag(position_[p] - mesh_.bounds().midpoint()) < mesh_.bounds().mag()))
+        {
+            position_[p] = point::max;
+        }
+    }
+    const label lost = transfer_->locate(position_);
+    if (lost < 0)
+    {
+        return;
+    }
+    label bodyi = 0, p = lost;
+    while (p >= bodies_[bodyi].nMoving())
+    {
+        p -= bodies_[bodyi++].nMoving();
+    }
+    OStringStream os;
+    os  << "the point left the fluid mesh " << when << ", for "
+        << bodies_[bodyi].position(p);
+    fail(bodyi, bodies_[bodyi].view().id[p], os.str());
+}
+
+
+void Foam::functionObjects::peridynamics::toMidpoint(const UList<vector>& v)
+{
+    label start = 0;
+    for (periFoam::solidBody& body : bodies_)
+    {
+        body.toMidpoint
+        (
+            SubList<vector>(v, body.nMoving(), start), time_.deltaTValue()
+        );
+        start += body.nMoving();
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::beginStep()
+{
+    if (mesh_.changing())
+    {
+        FatalErrorInFunction
+            << "the fluid mesh moves or changes; allowed: a fixed mesh"
+            << exit(FatalError);
+    }
+    if (askedIndex_ > doneIndex_)
+    {
+        FatalErrorInFunction
+            << "the function object " << name() << " was not executed after"
+            << " the last step; allowed: no executeControl, executeInterval,"
+            << " timeStart or timeEnd in its dictionary" << exit(FatalError);
+    }
+    askedIndex_ = time_.timeIndex();
+    toMidpoint(velocity_);
+}
+
+
+void Foam::functionObjects::peridynamics::evaluateForces()
+{
+    {
+        stopwatch watch(transferSeconds_);
+        place("at the middle of the step");
+        transfer_->weigh(position_);
+    }
+    {
+        stopwatch watch(solidSeconds_);
+        forAll(bodies_, i)
+        {
+            SubList<vector> force(ofBody(force_, i));
+            bodies_[i].setLoads(time_.value() - 0.5*time_.deltaTValue());
+            const pd_status status = bodies_[i].forces(force);
+            if (status.code != PD_OK)
+            {
+                failStatus(i, status);
+            }
+        }
+    }
+    stopwatch watch(transferSeconds_);
+    transfer_->spread(force_);
+}
+
+
+void Foam::functionObjects::peridynamics::finishStep()
+{
+    {
+        stopwatch watch(transferSeconds_);
+        transfer_->sample(U(), phi(), true);
+        transfer_->interpolate(midVelocity_);
+    }
+    forAll(bodies_, i)
+    {
+        const SubList<vector> v(ofBody(midVelocity_, i));
+        forAll(v, p)
+        {
+            if (!std::isfinite(magSqr(v[p])))
+            {
+                fail
+                (
+                    i,
+                    bodies_[i].view().id[p],
+                    "the velocity of the flow there is not finite"
+                );
+            }
+        }
+    }
+    forAll(bodies_, i)
+    {
+        bodies_[i].toMidpoint
+        (
+            ofBody(midVelocity_, i), 2*time_.deltaTValue()
+        );
+    }
+    {
+        stopwatch watch(transferSeconds_);
+        place("at the end of the step");
+        transfer_->weigh(position_);
+        transfer_->sample(U(), phi(), false);
+        transfer_->interpolate(velocity_);
+    }
+    forAll(bodies_, i)
+    {
+        bodies_[i].toEnd(ofBody(midVelocity_, i), time_.deltaTValue());
+        bodies_[i].setVelocity(ofBody(velocity_, i));
+    }
+    doneIndex_ = time_.timeIndex();
+    doneTime_ = time_.value();
+}
+
+
+template<class GeoField>
+void Foam::functionObjects::peridynamics::restoreOld() const
+{
+    for (const word& name : mesh_.names<GeoField>())
+    {
+        const GeoField& field = lookupObject<GeoField>(name);
+        if (field.nOldTimes() > 0 && field.writeOpt() == IOobject::AUTO_WRITE)
+        {
+            const_cast<GeoField&>(field) == field.oldTime();
+        }
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::fail
+(
+    const label bodyi,
+    const label meshCell,
+    const string& cause
+)
+{
+    const label step = time_.timeIndex();
+    const scalar when = time_.value();
+    string kept("nothing was computed before it");
+    if (doneIndex_ > time_.startTimeIndex())
+    {
+        for (periFoam::solidBody& body : bodies_)
+        {
+            body.toStart();
+        }
+        restoreOld<volScalarField>();
+        restoreOld<volVectorField>();
+        restoreOld<surfaceScalarField>();
+        Time& time = const_cast<Time&>(time_);
+        time.setTime(doneTime_, doneIndex_);
+        time.writeNow();
+        writeFields();
+        kept = "the last good state is written to " + time.timeName();
+    }
+    FatalErrorInFunction
+        << "step " << step << ", time " << when << " s, body "
+        << bodies_[bodyi].name() << ", point of cell " << meshCell << ": "
+        << cause.c_str() << nl << "    Stable step " << stableStep_
+        << " s, deltaT " << time_.deltaTValue() << " s; "
+        << kept.c_str() << exit(FatalError);
+}
+
+
+void Foam::functionObjects::peridynamics::failStatus
+(
+    const label bodyi,
+    const pd_status& status
+)
+{
+    fail(bodyi, status.point, status.message);
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::functionObjects::peridynamics::peridynamics
+(
+    const word& name,
+    const Time& runTime,
+    const dictionary& dict
+)
+:
+    fvMeshFunctionObject(name, runTime, dict),
+    writeFile(mesh_, name),
+    properties_
+    (
+        IOobject
+        (
+            "peridynamicsProperties",
+            runTime.constant(),
+            mesh_,
+            IOobject::READ_IF_PRESENT,
+            IOobject::NO_WRITE
+        )
+    ),
+    kernel_(nullptr),
+    source_(nullptr),
+    askedIndex_(runTime.timeIndex()),
+    doneIndex_(runTime.timeIndex()),
+    doneTime_(runTime.value()),
+    stableStep_(GREAT),
+    solidSeconds_(0),
+    transferSeconds_(0),
+    outputSeconds_(0),
+    startTime_(runTime.value())
+{
+    if (!properties_.headerOk())
+    {
+        FatalIOErrorInFunction(dict)
+            << "cannot read " << properties_.objectPath()
+            << ", which the function object " << name << " needs"
+            << exit(FatalIOError);
+    }
+    writePrecision_ = 8;
+    checkFunctionKeys(dict);
+    readCoupling();
+    checkSolver();
+    readBodies();
+    readProbes();
+    checkPlaces();
+    buildHolds();
+    place("before the first step");
+    transfer_->weigh(position_);
+    transfer_->sample(U(), phi(), false);
+    transfer_->interpolate(velocity_);
+    forAll(bodies_, i)
+    {
+        bodies_[i].setVelocity(ofBody(velocity_, i));
+    }
+    stableStep_ = estimateStableStep();
+    checkStep();
+    appendSource();
+    keepOldFields();
+    createFiles();
+    announce();
+    writeFields();
+    startOfRun_ = std::chrono::steady_clock::now();
+}
+
+
+// * * * * * * * * * * * * * * * * Destructor  * * * * * * * * * * * * * * * //
+
+Foam::functionObjects::peridynamics::~peridynamics()
+{
+    // At the end of the run the mesh, and with it the source, is gone already
+    if (time_.foundObject<fvMesh>(mesh_.name()) && source_)
+    {
+        source_->detach();
+    }
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+void Foam::functionObjects::peridynamics::addForce
+(
+    fvMatrix<vector>& eqn,
+    const volScalarField* rho
+)
+{
+    if (time_.timeIndex() > doneIndex_)
+    {
+        if (askedIndex_ < time_.timeIndex())
+        {
+            beginStep();
+        }
+        else
+        {
+            {
+                stopwatch watch(transferSeconds_);
+                transfer_->sample(U(), phi(), true);
+                transfer_->interpolate(midVelocity_);
+            }
+            toMidpoint(midVelocity_);
+        }
+        evaluateForces();
+    }
+
+    stopwatch watch(transferSeconds_);
+    vectorField& source = eqn.source();
+    const scalar scale = rho ? 1 : 1/rhoInf_;
+    transfer_->forEachCellForce
+    (
+        [&](const label celli, const vector& f) { source[celli] -= scale*f; }
+    );
+
+    scalarField& diagonal = eqn.diag();
+    const scalarField& V = mesh_.V();
+    const scalar strength = holdStrength/time_.deltaTValue();
+    forAll(heldCells_, i)
+    {
+        const label celli = heldCells_[i];
+        diagonal[celli] -=
+            strength*heldShare_[i]*V[celli]*(rho ? (*rho)[celli] : 1);
+    }
+}
+
+
+bool Foam::functionObjects::peridynamics::adjustTimeStep()
+{
+    if (time_.isAdjustTimeStep() && time_.deltaTValue() > stableStep_)
+    {
+        const_cast<Time&>(time_).setDeltaT(stableStep_, false);
+    }
+    return true;
+}
+
+
+bool Foam::functionObjects::peridynamics::read(const dictionary& dict)
+{
+    return fvMeshFunctionObject::read(dict);
+}
+
+
+bool Foam::functionObjects::peridynamics::execute()
+{
+    if (askedIndex_ != time_.timeIndex())
+    {
+        FatalIOErrorInFunction(time_.controlDict())
+            << "the solver "
+            << time_.controlDict().lookupOrDefault<word>
+               ("application", "(unnamed)")
+            << " did not ask for momentum sources on " << UName_
+            << " in step " << time_.timeIndex()
+            << ", so that the solid would not act on the flow; allowed:"
+            << " solvers that do, such as " << solversThatAsk
+            << exit(FatalIOError);
+    }
+    if (doneIndex_ == time_.timeIndex())
+    {
+        return true;
+    }
+    finishStep();
+
+    stopwatch watch(outputSeconds_);
+    const label step = time_.timeIndex() - time_.startTimeIndex();
+    if (step % outputInterval_ == 0)
+    {
+        writeRows();
+    }
+    if (step % reportInterval_ == 0)
+    {
+        reportProgress();
+    }
+    return true;
+}
+
+
+bool Foam::functionObjects::peridynamics::write()
+{
+    if (time_.writeTime() && doneIndex_ == time_.timeIndex())
+    {
+        stopwatch watch(outputSeconds_);
+        writeFields();
+    }
+    return true;
+}
+
+
+// ************************************************************************* //

@@ -1,0 +1,221 @@
+/*---------------------------------------------------------------------------*\
+    periFoam: peridynamic structures in OpenFOAM flows
+
+License
+    GPL-3.0-or-later, see LICENSE.
+
+\*---------------------------------------------------------------------------*/
+
+#include "transfer.H"
+#include "emptyPolyPatch.H"
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+Foam::label Foam::periFoam::transfer::walk(const point& x, label celli) const
+{
+    const vectorField& centre = mesh_.faceCentres();
+    const vectorField& area = mesh_.faceAreas();
+    const labelList& owner = mesh_.faceOwner();
+
+    // A walk that has not arrived after a few cells is lost
+    for (label step = 0; step < 20; ++step)
+    {
+        label exit = -1;
+        scalar farthest = 0;
+        for (const label facei : mesh_.cells()[celli])
+        {
+            const scalar height = ((x - centre[facei]) & area[facei]);
+            const scalar outwards = owner[facei] == celli ? height : -height;
+
+            // Round-off keeps a point on a face where it is. Faces of empty
+            // patches do not count: points keep to the plane by themselves
+            const scalar slack = 1e-12*mag(area[facei])*mag(x);
+            if
+            (
+                outwards > max(farthest, slack)
+             && (
+                    mesh_.isInternalFace(facei)
+                 || !isA<emptyPolyPatch>
+                    (
+                        mesh_.boundaryMesh()
+                        [mesh_.boundaryMesh().whichPatch(facei)]
+                    )
+                )
+            )
+            {
+                farthest = outwards;
+                exit = facei;
+            }
+        }
+        if (exit < 0)
+        {
+            return celli;
+        }
+        if (!mesh_.isInternalFace(exit))
+        {
+            break;
+        }
+        celli = owner[exit] == celli ? mesh_.faceNeighbour()[exit] : owner[exit];
+    }
+    return mesh_.findCell(x);
+}
+
+
+Foam::scalar Foam::periFoam::transfer::faceVelocity
+(
+    const surfaceScalarField& phi,
+    label facei
+) const
+{
+    if (mesh_.isInternalFace(facei))
+    {
+        return phi[facei];
+    }
+    const label patchi = mesh_.boundaryMesh().whichPatch(facei);
+    return phi.boundaryField()[patchi]
+        [facei - mesh_.boundaryMesh()[patchi].start()];
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::periFoam::transfer::transfer
+(
+    const fvMesh& mesh,
+    const kernel& k,
+    const bool faceFlux
+)
+:
+    mesh_(mesh),
+    samples_(mesh, k, faceFlux ? stencils::FACES : stencils::CELLS),
+    cells_(mesh, k, stencils::CELLS)
+{}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
+{
+    if (cell_.size() != x.size())
+    {
+        cell_.resize(x.size(), 0);
+    }
+    // Neighbours in the list are neighbours in space: the last point's cell
+    // is where a point without a cell of its own starts from
+    forAll(x, p)
+    {
+        cell_[p] = walk(x[p], cell_[p]);
+        if (cell_[p] < 0)
+        {
+            cell_[p] = 0;
+            return p;
+        }
+    }
+    return -1;
+}
+
+
+void Foam::periFoam::transfer::weigh(const UList<point>& x)
+{
+    samples_.weigh(x, cell_, true, weights_);
+}
+
+
+void Foam::periFoam::transfer::sample
+(
+    const volVectorField& U,
+    const surfaceScalarField& phi,
+    const bool midpoint
+)
+{
+    const labelList& label = samples_.sampled();
+    if (!faces())
+    {
+        velocity_.resize(3*label.size());
+        forAll(label, i)
+        {
+            const vector v
+            (
+                midpoint
+              ? (U[label[i]] + U.oldTime()[label[i]])/2
+              : U[label[i]]
+            );
+            for (direction a = 0; a < 3; ++a)
+            {
+                velocity_[3*i + a] = v[a];
+            }
+        }
+        return;
+    }
+    velocity_.resize(label.size());
+    const DynamicList<scalar>& rArea = samples_.rArea();
+    forAll(label, i)
+    {
+        velocity_[i] = faceVelocity(phi, label[i])*rArea[i];
+    }
+    if (midpoint)
+    {
+        const surfaceScalarField& old = phi.oldTime();
+        forAll(label, i)
+        {
+            velocity_[i] =
+                (velocity_[i] + faceVelocity(old, label[i])*rArea[i])/2;
+        }
+    }
+}
+
+
+void Foam::periFoam::transfer::interpolate(UList<vector>& u) const
+{
+    samples_.gather(weights_, velocity_, u);
+}
+
+
+void Foam::periFoam::transfer::spread(const UList<vector>& force)
+{
+    force_.resize((faces() ? 1 : 3)*samples_.sampled().size());
+    force_ = 0;
+    samples_.scatter(weights_, force, force_);
+}
+
+
+void Foam::periFoam::transfer::spreadAmount
+(
+    const UList<point>& x,
+    const UList<scalar>& amount,
+    scalarField& cellSum
+)
+{
+    labelList cell(x.size());
+    label near = 0;
+    forAll(x, p)
+    {
+        cell[p] = walk(x[p], near);
+        near = max(cell[p], 0);
+        cell[p] = near;
+    }
+    stencils::weights weight;
+    cells_.weigh(x, cell, false, weight);
+    scalarField sum(cells_.sampled().size(), 0);
+    cells_.scatter(weight, amount, sum);
+
+    cellSum.resize(mesh_.nCells());
+    cellSum = 0;
+    forAll(sum, i)
+    {
+        cellSum[cells_.sampled()[i]] += sum[i];
+    }
+}
+
+
+Foam::label Foam::periFoam::transfer::bytes() const
+{
+    return
+        samples_.bytes() + cells_.bytes()
+      + velocity_.byteSize() + force_.byteSize() + cell_.byteSize()
+      + weights_.stencil.byteSize() + weights_.first.byteSize()
+      + weights_.w.byteSize();
+}
+
+
+// ************************************************************************* //

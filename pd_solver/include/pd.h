@@ -1,0 +1,244 @@
+/*
+ * pd.h - the public interface of libpd, the peridynamics library of periFoam.
+ *
+ * Units: SI or any other consistent set; the comments give SI. In two dimensions
+ * volumes are areas (m2) and a body is in plane strain.
+ *
+ * Arrays of points: owned points come first, ghosts (copies of points that other ranks
+ * own) after them. Vectors and tensors are interleaved: v[p*d + a], F[(p*d + a)*d + b]
+ * with d = 2 or 3. Points are renumbered when a body is created; pd_body_view.id gives
+ * the caller's number of each.
+ *
+ * Errors: a function that can fail returns a pd_status. Nothing here prints or exits.
+ * No function produces a NaN from finite input.
+ *
+ * Sources, keys as in docs/references.bib: [kim2023], [silling2007].
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#ifndef PD_H
+#define PD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <mpi.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define PD_API __attribute__((visibility("default")))
+
+typedef int32_t pd_local;  /* index of a point on this rank */
+typedef int64_t pd_global; /* number of a point among all ranks */
+
+/* ---- status ------------------------------------------------------------------------ */
+
+typedef enum {
+    PD_OK = 0,
+    PD_BAD_ARGUMENT, /* a value outside its bounds; the message holds both */
+    PD_NO_MEMORY,
+    PD_BAD_FAMILY, /* a point whose family does not span space at the start */
+    PD_NOT_FINITE, /* a position or a force is NaN or infinite */
+    PD_INVERTED    /* J <= PD_SMALLEST_J in a body without damage */
+} pd_code;
+
+typedef struct {
+    pd_code code;
+    pd_global point;   /* caller's number of the point concerned, or -1 */
+    char message[256]; /* holds the value and the bound; empty when code is PD_OK */
+} pd_status;
+
+/* ---- materials --------------------------------------------------------------------- */
+
+/* One number that a material is made of, as a dictionary key. */
+typedef struct {
+    const char *key;     /* "G" */
+    const char *unit;    /* SI, "Pa" */
+    double above, below; /* allowed: above < value < below, unless ... */
+    bool includes_above; /* ... above itself is allowed too */
+    const char *meaning;
+} pd_parameter;
+
+#define PD_MAX_PARAMETERS 8
+
+typedef struct {
+    const char *name;   /* word in dictionaries */
+    const char *source; /* where the equations stand */
+    int n_parameters;
+    const pd_parameter *parameters; /* [n_parameters] */
+
+    /* First Piola-Kirchhoff stress P[n][d][d] (Pa) from F[n][d][d] (-) and J[n] = det F,
+     * J > 0 required. In two dimensions plane strain, F33 = 1. */
+    void (*stress)(const double *parameters, int d, size_t n, const double *F,
+                   const double *J, double *P);
+
+    /* Strain energy density Psi (J/m3) from F[d][d]. */
+    double (*energy)(const double *parameters, int d, const double *F, double J);
+
+    /* Modulus of longitudinal waves at rest, rho c^2 (Pa). */
+    double (*longitudinal_modulus)(const double *parameters);
+} pd_material;
+
+/* Null-terminated table of all materials. */
+PD_API extern const pd_material *const pd_materials[];
+
+/* The material of that name, or NULL. */
+PD_API const pd_material *pd_material_find(const char *name);
+
+/* kappa_stab from G and nu_stab, [kim2023] eq. 45 (Pa). */
+PD_API double pd_kappa_stab(double G, double nu_stab);
+
+/* ---- formulations ------------------------------------------------------------------ */
+
+typedef struct pd_body pd_body;
+
+typedef struct {
+    const char *name;   /* word in dictionaries */
+    const char *source; /* where the equations stand */
+    bool corresponds;   /* uses a pd_material through a deformation gradient */
+
+    /* What the formulation derives once from a new body. */
+    pd_status (*prepare)(pd_body *body);
+
+    /* Fill force (N/m3), F, J; break bonds if the body can be damaged. */
+    void (*forces)(pd_body *body);
+
+    /* Strain energy of the owned points (J). */
+    double (*energy)(const pd_body *body);
+
+    /* Fastest wave of the undeformed solid (m/s). */
+    double (*wave_speed)(const pd_body *body);
+} pd_formulation;
+
+/* Null-terminated table of all formulations. */
+PD_API extern const pd_formulation *const pd_formulations[];
+
+/* The formulation of that name, or NULL. */
+PD_API const pd_formulation *pd_formulation_find(const char *name);
+
+/* ---- bodies ------------------------------------------------------------------------ */
+
+/* A point whose K has 2^d or 3^d-fold det K / (tr K)^d below this carries no stress (1 is
+ * isotropic, 0 is flat). Bonds of a lattice that still span space give >= 1e-2; bonds on
+ * one line give round-off, <= 1e-12. */
+#define PD_SINGULAR_SHAPE 1e-6
+
+/* Volume ratio below which a point counts as inverted. */
+#define PD_SMALLEST_J 1e-3
+
+typedef struct {
+    int dimension;                  /* d, 2 or 3 */
+    double horizon_ratio;           /* m = horizon / point spacing, - */
+    double density;                 /* rho, kg/m3 */
+    double damping;                 /* eta in the force density -eta v, kg/(m3 s) */
+    double critical_stretch;        /* s_c = |xi + eta|/|xi|, -; 0: bonds cannot break */
+    const pd_formulation *formulation;
+    const pd_material *material;
+    double parameters[PD_MAX_PARAMETERS]; /* of the material, in its table's order */
+} pd_body_options;
+
+/* A rectangle corner + s edge1 + t edge2 with s, t in [0, 1]. In two dimensions it is the
+ * segment corner + s edge1; edge2 is ignored. */
+typedef struct {
+    double corner[3], edge1[3], edge2[3]; /* m */
+} pd_rectangle;
+
+/* Borrowed pointers into a body, valid until it is destroyed. */
+typedef struct {
+    int dimension;
+    pd_local n_moving; /* points [0, n_moving) move, the rest is held */
+    pd_local n_active; /* points [0, n_active) bear force; the rest is deep inside holds */
+    pd_local n_owned;
+    pd_local n_local;      /* owned + ghosts */
+    const pd_global *id;   /* [n_local] caller's number */
+    const double *X;       /* [n_local][d] reference position, m */
+    double *y;             /* [n_local][d] current position, m; the caller moves it */
+    double *v;             /* [n_owned][d] velocity, m/s; the caller sets it */
+    const double *volume;  /* [n_local] reference volume, m3 (m2) */
+    const double *spacing; /* [n_local] volume^(1/d), m */
+    const double *force;   /* [n_owned][d] force density, N/m3 of reference volume */
+    const double *F;       /* [n_owned][d][d] non-local deformation gradient, - */
+    const double *J;       /* [n_owned] det F, -; 1 where a point carries no stress */
+} pd_body_view;
+
+/* What a body amounts to. Sums over all ranks. */
+typedef struct {
+    double kinetic_energy;          /* J (J/m) */
+    double strain_energy;           /* J (J/m) */
+    double mean_volume_change;      /* mean of J - 1 over moving points that bear stress */
+    double sum_volume_change;       /* sum of (J - 1) V over the same, m3 (m2) */
+    double smallest_J, largest_J;   /* over the same */
+    double largest_speed;           /* m/s */
+    int64_t bonds, broken_bonds;    /* undirected */
+    int64_t singular, inverted;     /* points that carry no stress, by cause */
+} pd_summary;
+
+/*
+ * Build a body from n points: X[n][3] (m), volume[n] (m3; m2 in two dimensions), held[n]
+ * (non-zero: the point never moves; NULL: none). Arrays are copied. The first d
+ * components of X count. Families are symmetric: points i and j are bonded when
+ * |xi| <= m (dX_i + dX_j)/2 with dX = volume^(1/d).
+ *
+ * Collective over comm, which is duplicated; MPI_COMM_NULL is serial, MPI is then never
+ * called. Several ranks: not supported by this version (PD_BAD_ARGUMENT).
+ * Errors: PD_BAD_ARGUMENT, PD_NO_MEMORY, PD_BAD_FAMILY (the horizon does not connect the
+ * point). *body is NULL on error. Followed by pd_body_destroy.
+ */
+PD_API pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n,
+                                const double *X, const double *volume,
+                                const unsigned char *held, pd_body **body);
+
+/* Free a body; NULL is allowed. Collective. */
+PD_API void pd_body_destroy(pd_body *body);
+
+/* Break the bonds that cross or touch a rectangle in the reference configuration.
+ * Before the first pd_body_forces. Errors: PD_NO_MEMORY, PD_BAD_ARGUMENT (degenerate). */
+PD_API pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle);
+
+/* Set the dead load: force density b[n_owned][d] (N/m3), copied; NULL removes it. */
+PD_API pd_status pd_body_load(pd_body *body, const double *b);
+
+/* The arrays of a body. */
+PD_API pd_body_view pd_body_fields(const pd_body *body);
+PD_API const pd_body_options *pd_body_settings(const pd_body *body);
+
+/* Force density at the current y and v, after breaking the bonds that exceed s_c there
+ * ([kim2023] eqs 16-18, 25-29), plus dead load and damping. Collective.
+ * Errors: PD_NOT_FINITE, PD_INVERTED (only when bonds cannot break; else the point
+ * carries no stress and is counted). */
+PD_API pd_status pd_body_forces(pd_body *body);
+
+/* Local damage phi in [0, 1] of owned points, damage[n_owned], [kim2023] eq. 18. */
+PD_API void pd_body_damage(const pd_body *body, double *damage);
+
+/* Label the pieces that intact bonds connect: piece[n_owned], numbered from 0 by the
+ * smallest point; returns how many there are. Held points deep inside a hold, which keep
+ * no family, belong to the piece of number -1. */
+PD_API pd_local pd_body_pieces(const pd_body *body, pd_local *piece);
+
+/* Sums and extremes. Collective. */
+PD_API pd_summary pd_body_summary(const pd_body *body);
+
+/* Fastest wave at rest (m/s). */
+PD_API double pd_body_wave_speed(const pd_body *body);
+
+/* Bonds of point p: the count, and borrowed neighbour indices [count]. For tests and
+ * post-processing. */
+PD_API pd_local pd_body_family(const pd_body *body, pd_local p, const pd_local **neighbour);
+PD_API bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k);
+
+/* ---- the pieces of theory that stand alone ------------------------------------------ */
+
+/* Influence function omega(r), r = 2 |xi| / horizon, [kim2023] eq. 30. */
+PD_API double pd_influence(double r, int dimension);
+
+/* Share of a neighbour's volume inside the horizon, [kim2023] eq. 24: lengths in m. */
+PD_API double pd_volume_fraction(double length, double horizon, double spacing);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,418 @@
+/*
+ * A body: its points, their order, and what they amount to.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "body.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "damage.h"
+#include "influence.h"
+#include "status.h"
+#include "tensor.h"
+
+/* Beyond this a position, velocity or load is as good as infinite: its powers in J and
+ * tr C must stay finite. */
+#define PD_LARGEST 1e60
+
+static bool usable(double value)
+{
+    return isfinite(value) && fabs(value) < PD_LARGEST;
+}
+
+/* ---- order of points ----------------------------------------------------------------- */
+
+typedef struct {
+    int class;     /* 0 moving, 1 held beside moving points, 2 held elsewhere */
+    uint64_t code; /* place along a Morton curve */
+    pd_local point;
+} place;
+
+static int by_place(const void *a, const void *b)
+{
+    const place *p = a, *q = b;
+    if (p->class != q->class) return p->class < q->class ? -1 : 1;
+    if (p->code != q->code) return p->code < q->code ? -1 : 1;
+    return (p->point > q->point) - (p->point < q->point);
+}
+
+/* Interleave the bits of a point's grid indices, 21 an axis. */
+static uint64_t morton(int d, const double *X, const double *origin, double step)
+{
+    uint64_t code = 0;
+    for (int a = 0; a < d; a++) {
+        const uint64_t index = (uint64_t)fmin((X[a] - origin[a]) / step + 0.25, 2097151.);
+        for (int bit = 0; bit < 21; bit++) code |= (index >> bit & 1) << (bit * d + a);
+    }
+    return code;
+}
+
+static int class_of(const pd_cell_list *cells, const unsigned char *held, pd_local i,
+                    pd_local *near, pd_local capacity)
+{
+    if (!held || !held[i]) return 0;
+    const pd_local count = pd_cell_list_near(cells, i, capacity, near);
+    for (pd_local k = 0; k < count && k < capacity; k++)
+        if (!held[near[k]]) return 1;
+    return 2;
+}
+
+/* Sort points by class, then along a Morton curve so that neighbours in space are
+ * neighbours in memory; counts the classes into the body. */
+static pd_status order_points(pd_body *b, const pd_cell_list *cells,
+                              const unsigned char *held, place *places)
+{
+    double step = HUGE_VAL;
+    pd_local widest = 1;
+    for (pd_local i = 0; i < b->n_owned; i++) {
+        step = fmin(step, cells->spacing[i]);
+        if (held && held[i]) {
+            const pd_local count = pd_cell_list_near(cells, i, 0, NULL);
+            widest = count > widest ? count : widest;
+        }
+    }
+    pd_local *near = malloc((size_t)widest * sizeof *near);
+    if (!near) return pd_status_fail(PD_NO_MEMORY, -1, "a family of %d", widest);
+    b->n_moving = b->n_active = 0;
+    for (pd_local i = 0; i < b->n_owned; i++) {
+        const double *X = cells->X + (size_t)i * cells->d;
+        places[i] = (place){.class = class_of(cells, held, i, near, widest),
+                            .code = morton(cells->d, X, cells->origin, step),
+                            .point = i};
+        b->n_moving += places[i].class == 0;
+        b->n_active += places[i].class < 2;
+    }
+    free(near);
+    qsort(places, (size_t)b->n_owned, sizeof *places, by_place);
+    return pd_status_ok();
+}
+
+/* ---- creation ------------------------------------------------------------------------ */
+
+static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n)
+{
+    if (comm != MPI_COMM_NULL) {
+        int size;
+        MPI_Comm_size(comm, &size);
+        if (size != 1)
+            return pd_status_fail(PD_BAD_ARGUMENT, -1, "%d ranks; this version runs on 1",
+                                  size);
+    }
+    if (o->dimension != 2 && o->dimension != 3)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "dimension %d; allowed: 2, 3",
+                              o->dimension);
+    if (n < 1 || n > INT32_MAX / 16)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "%zu points; allowed: 1 to %d", n,
+                              INT32_MAX / 16);
+    if (!(usable(o->horizon_ratio) && o->horizon_ratio > 0 && o->horizon_ratio <= 20))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                              "horizon ratio %g; allowed: above 0, at most 20",
+                              o->horizon_ratio);
+    if (!(usable(o->density) && o->density > 0))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "density %g; allowed: above 0",
+                              o->density);
+    if (!(usable(o->damping) && o->damping >= 0))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "damping %g; allowed: 0 or above",
+                              o->damping);
+    if (!(usable(o->critical_stretch) &&
+          (o->critical_stretch == 0 || o->critical_stretch > 1)))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                              "critical stretch %g; allowed: above 1, or 0 for no damage",
+                              o->critical_stretch);
+    if (!o->formulation) return pd_status_fail(PD_BAD_ARGUMENT, -1, "no formulation");
+    if (o->formulation->corresponds && !o->material)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "no material");
+    for (int k = 0; o->material && k < o->material->n_parameters; k++) {
+        const pd_parameter *p = &o->material->parameters[k];
+        const double value = o->parameters[k];
+        if (!(usable(value) && value < p->below &&
+              (value > p->above || (p->includes_above && value == p->above))))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1, "%s %g; allowed: %s %g, below %g",
+                                  p->key, value,
+                                  p->includes_above ? "at least" : "above", p->above,
+                                  p->below);
+    }
+    return pd_status_ok();
+}
+
+static pd_status check_points(int d, size_t n, const double *X, const double *volume)
+{
+    for (size_t i = 0; i < n; i++) {
+        for (int a = 0; a < d; a++)
+            if (!usable(X[3 * i + a]))
+                return pd_status_fail(PD_BAD_ARGUMENT, (pd_global)i, "position %g",
+                                      X[3 * i + a]);
+        if (!(usable(volume[i]) && volume[i] > 0))
+            return pd_status_fail(PD_BAD_ARGUMENT, (pd_global)i,
+                                  "volume %g; allowed: above 0", volume[i]);
+    }
+    return pd_status_ok();
+}
+
+static pd_status allocate(pd_body *b)
+{
+    const size_t n = (size_t)b->n_local, d = (size_t)b->options.dimension;
+    b->id = malloc(n * sizeof *b->id);
+    b->X = malloc(n * d * sizeof *b->X);
+    b->y = malloc(n * d * sizeof *b->y);
+    b->v = calloc(n * d, sizeof *b->v);
+    b->volume = malloc(n * sizeof *b->volume);
+    b->spacing = malloc(n * sizeof *b->spacing);
+    b->force = calloc(n * d, sizeof *b->force);
+    b->F = malloc(n * d * d * sizeof *b->F);
+    b->J = malloc(n * sizeof *b->J);
+    if (!b->id || !b->X || !b->y || !b->v || !b->volume || !b->spacing || !b->force ||
+        !b->F || !b->J)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a body of %zu points", n);
+    return pd_status_ok();
+}
+
+/* Copy the caller's points in the order of `places` (NULL: as they come). */
+static void fill(pd_body *b, const double *X, const double *volume, const place *places)
+{
+    const int d = b->options.dimension;
+    for (pd_local i = 0; i < b->n_local; i++) {
+        const size_t from = (size_t)(places ? places[i].point : i);
+        b->id[i] = (pd_global)from;
+        b->volume[i] = volume[from];
+        b->spacing[i] = d == 2 ? sqrt(volume[from]) : cbrt(volume[from]);
+        b->J[i] = 1;
+        identity(d, b->F + (size_t)i * d * d);
+        for (int a = 0; a < d; a++) {
+            b->X[(size_t)i * d + a] = X[3 * from + (size_t)a];
+            b->y[(size_t)i * d + a] = X[3 * from + (size_t)a];
+        }
+    }
+}
+
+static pd_status build_families(pd_body *b, const double *X, const double *volume,
+                                const unsigned char *held)
+{
+    const int d = b->options.dimension;
+    const double ratio = b->options.horizon_ratio;
+    place *places = malloc((size_t)b->n_owned * sizeof *places);
+    if (!places) return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_owned);
+
+    fill(b, X, volume, NULL);
+    pd_cell_list cells;
+    pd_status status = pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
+    if (status.code == PD_OK) status = order_points(b, &cells, held, places);
+    pd_cell_list_free(&cells);
+
+    if (status.code == PD_OK) {
+        fill(b, X, volume, places);
+        status = pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
+        if (status.code == PD_OK)
+            status = pd_families_create(&cells, b->n_active, &b->families);
+        pd_cell_list_free(&cells);
+    }
+    free(places);
+    return status;
+}
+
+static pd_status check_families(const pd_body *b)
+{
+    for (pd_local i = 0; i < b->n_active; i++)
+        if (b->carries && b->carries[i] == PD_POINT_SINGULAR)
+            return pd_status_fail(
+                PD_BAD_FAMILY, b->id[i],
+                "a horizon of %g spacings gives the point %d bonds, which do not span space",
+                b->options.horizon_ratio,
+                (int)(b->families.first[i + 1] - b->families.first[i]));
+    return pd_status_ok();
+}
+
+static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double *volume,
+                        const unsigned char *held)
+{
+    if (comm != MPI_COMM_NULL) MPI_Comm_dup(comm, &b->comm);
+    PD_TRY(allocate(b));
+    PD_TRY(build_families(b, X, volume, held));
+    PD_TRY(b->options.formulation->prepare(b));
+    PD_TRY(check_families(b));
+    if (b->options.critical_stretch > 0) PD_TRY(pd_damage_allocate(b));
+    return pd_status_ok();
+}
+
+pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n,
+                         const double *X, const double *volume, const unsigned char *held,
+                         pd_body **body)
+{
+    *body = NULL;
+    PD_TRY(check_options(comm, options, n));
+    PD_TRY(check_points(options->dimension, n, X, volume));
+    pd_body *b = calloc(1, sizeof *b);
+    if (!b) return pd_status_fail(PD_NO_MEMORY, -1, "a body");
+    b->comm = MPI_COMM_NULL;
+    b->options = *options;
+    b->n_owned = b->n_local = (pd_local)n;
+    const pd_status status = create(b, comm, X, volume, held);
+    if (status.code == PD_OK)
+        *body = b;
+    else
+        pd_body_destroy(b);
+    return status;
+}
+
+void pd_body_destroy(pd_body *b)
+{
+    if (!b) return;
+    if (b->comm != MPI_COMM_NULL) MPI_Comm_free(&b->comm);
+    void *arrays[] = {b->id,    b->X, b->y,      b->v,      b->volume, b->spacing,
+                      b->force, b->F, b->J,      b->load,   b->weight, b->broken,
+                      b->Q,     b->K_inverse, b->carries};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) free(arrays[k]);
+    pd_families_free(&b->families);
+    free(b);
+}
+
+pd_status pd_body_load(pd_body *b, const double *load)
+{
+    const size_t size = (size_t)b->n_owned * (size_t)b->options.dimension;
+    if (!load) {
+        free(b->load);
+        b->load = NULL;
+        return pd_status_ok();
+    }
+    for (size_t k = 0; k < size; k++)
+        if (!usable(load[k])) return pd_status_fail(PD_BAD_ARGUMENT, -1, "load %g", load[k]);
+    if (!b->load) b->load = malloc(size * sizeof *b->load);
+    if (!b->load) return pd_status_fail(PD_NO_MEMORY, -1, "loads of %d points", b->n_owned);
+    memcpy(b->load, load, size * sizeof *load);
+    return pd_status_ok();
+}
+
+/* ---- views --------------------------------------------------------------------------- */
+
+pd_body_view pd_body_fields(const pd_body *b)
+{
+    return (pd_body_view){
+        .dimension = b->options.dimension,
+        .n_moving = b->n_moving,
+        .n_active = b->n_active,
+        .n_owned = b->n_owned,
+        .n_local = b->n_local,
+        .id = b->id,
+        .X = b->X,
+        .y = b->y,
+        .v = b->v,
+        .volume = b->volume,
+        .spacing = b->spacing,
+        .force = b->force,
+        .F = b->F,
+        .J = b->J,
+    };
+}
+
+const pd_body_options *pd_body_settings(const pd_body *b)
+{
+    return &b->options;
+}
+
+pd_local pd_body_family(const pd_body *b, pd_local p, const pd_local **neighbour)
+{
+    if (p >= b->families.n) return 0;
+    if (neighbour) *neighbour = b->families.neighbour + b->families.first[p];
+    return (pd_local)(b->families.first[p + 1] - b->families.first[p]);
+}
+
+double pd_body_wave_speed(const pd_body *b)
+{
+    return b->options.formulation->wave_speed(b);
+}
+
+double pd_influence(double r, int dimension)
+{
+    return influence(r, dimension);
+}
+
+double pd_volume_fraction(double length, double horizon, double spacing)
+{
+    return volume_fraction(length, horizon, spacing);
+}
+
+/* ---- forces -------------------------------------------------------------------------- */
+
+static pd_status check_finite(const pd_body *b, const double *values, pd_local n,
+                              const char *what)
+{
+    const int d = b->options.dimension;
+    for (size_t k = 0; k < (size_t)n * (size_t)d; k++)
+        if (!usable(values[k]))
+            return pd_status_fail(PD_NOT_FINITE, b->id[k / (size_t)d], "%s component %g",
+                                  what, values[k]);
+    return pd_status_ok();
+}
+
+static pd_status check_inversion(const pd_body *b)
+{
+    if (b->options.critical_stretch > 0 || !b->carries) return pd_status_ok();
+    for (pd_local i = 0; i < b->n_active; i++)
+        if (b->carries[i] == PD_POINT_INVERTED)
+            return pd_status_fail(PD_INVERTED, b->id[i],
+                                  "the volume ratio J fell to %g or below; the material "
+                                  "has turned inside out",
+                                  PD_SMALLEST_J);
+    return pd_status_ok();
+}
+
+pd_status pd_body_forces(pd_body *b)
+{
+    PD_TRY(check_finite(b, b->y, b->n_active, "position"));
+    PD_TRY(check_finite(b, b->v, b->n_moving, "velocity"));
+    b->options.formulation->forces(b);
+    const size_t moving = (size_t)b->n_moving * (size_t)b->options.dimension;
+    const double eta = b->options.damping;
+    if (eta > 0)
+        for (size_t k = 0; k < moving; k++) b->force[k] -= eta * b->v[k];
+    if (b->load)
+        for (size_t k = 0; k < moving; k++) b->force[k] += b->load[k];
+    PD_TRY(check_finite(b, b->force, b->n_active, "force"));
+    return check_inversion(b);
+}
+
+/* ---- summary ------------------------------------------------------------------------- */
+
+static void count_bonds(const pd_body *b, pd_summary *s)
+{
+    for (pd_local i = 0; i < b->families.n; i++)
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const pd_local j = b->families.neighbour[k];
+            /* A bond to a point that keeps no family is seen from this side only. */
+            if (j < i) continue;
+            s->bonds++;
+            s->broken_bonds += bond_is_broken(b, k);
+        }
+}
+
+pd_summary pd_body_summary(const pd_body *b)
+{
+    const int d = b->options.dimension;
+    pd_summary s = {.smallest_J = HUGE_VAL, .largest_J = -HUGE_VAL};
+    double volume = 0;
+    for (pd_local i = 0; i < b->n_moving; i++) {
+        const double *v = b->v + (size_t)i * d;
+        const double v2 = dot(d, v, v);
+        s.kinetic_energy += 0.5 * b->options.density * b->volume[i] * v2;
+        s.largest_speed = fmax(s.largest_speed, sqrt(v2));
+        if (b->carries && b->carries[i] != PD_SOUND) {
+            s.singular += b->carries[i] == PD_POINT_SINGULAR;
+            s.inverted += b->carries[i] == PD_POINT_INVERTED;
+            continue;
+        }
+        volume += b->volume[i];
+        s.sum_volume_change += (b->J[i] - 1) * b->volume[i];
+        s.smallest_J = fmin(s.smallest_J, b->J[i]);
+        s.largest_J = fmax(s.largest_J, b->J[i]);
+    }
+    if (volume > 0)
+        s.mean_volume_change = s.sum_volume_change / volume;
+    else
+        s.smallest_J = s.largest_J = 1;
+    s.strain_energy = b->options.formulation->energy(b);
+    count_bonds(b, &s);
+    return s;
+}

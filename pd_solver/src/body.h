@@ -1,0 +1,36 @@
+/*
+ * The inside of a body, for the files of this folder.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#ifndef PD_SRC_BODY_H
+#define PD_SRC_BODY_H
+
+#include "neighbourhood.h"
+#include "pd.h"
+
+/* Why a point carries no stress. */
+enum { PD_SOUND = 0, PD_POINT_SINGULAR, PD_POINT_INVERTED };
+
+struct pd_body {
+    MPI_Comm comm; /* duplicated, or MPI_COMM_NULL */
+    pd_body_options options;
+
+    pd_local n_moving, n_active, n_owned, n_local; /* as in pd_body_view */
+    pd_global *id;
+    double *X, *y, *v, *volume, *spacing, *force, *F, *J;
+    double *load; /* [n_owned][d] dead load, N/m3, or NULL */
+
+    /* Bonds of the active points. A broken bond has weight 0, so that it leaves every sum
+     * without a test; its bit tells it from a bond that never weighed anything. */
+    pd_families families;
+    double *weight;   /* [bonds] omega beta V_j, m3 */
+    uint64_t *broken; /* [bonds] bits; NULL until a bond can break */
+
+    /* correspondence */
+    double *K_inverse;     /* [n_active][d][d], m-(d+2); 0 where K is near singular */
+    double *Q;             /* [n_active][d][d] P K^-1 */
+    unsigned char *carries; /* [n_active] PD_SOUND or why not */
+};
+
+#endif

@@ -1,0 +1,219 @@
+/*
+ * Non-ordinary state-based peridynamics by constitutive correspondence,
+ * [silling2007], discretised as in [kim2023] eqs 24-30, with critical-stretch damage,
+ * [kim2023] eqs 16-18.
+ *
+ * Each evaluation visits a family twice: once for F (and the bonds that break there),
+ * once for the force. Per directed bond that reads an index (4 bytes) and a weight
+ * (8 bytes) twice, and gathers X and y, then X and Q of the neighbour.
+ *
+ * The force is minus the gradient of sum_i V_i Psi(F_i) because omega beta V_i V_j and
+ * the families are symmetric.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "damage.h"
+#include "deformation.h"
+#include "influence.h"
+#include "status.h"
+#include "tensor.h"
+
+/* ---- preparation --------------------------------------------------------------------- */
+
+/* omega beta V_j of every bond, [kim2023] eqs 24 and 30; lengths are the pair's means. */
+static void weigh_bonds(pd_body *b)
+{
+    const int d = b->options.dimension;
+    for (pd_local i = 0; i < b->families.n; i++)
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const pd_local j = b->families.neighbour[k];
+            double xi[3];
+            subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+            const double spacing = 0.5 * (b->spacing[i] + b->spacing[j]);
+            const double horizon = b->options.horizon_ratio * spacing;
+            const double length = sqrt(dot(d, xi, xi));
+            b->weight[k] = bond_is_broken(b, k)
+                               ? 0
+                               : influence(2 * length / horizon, d) *
+                                     volume_fraction(length, horizon, spacing) *
+                                     b->volume[j];
+        }
+}
+
+PD_INLINE void shape_points(const int d, pd_body *b)
+{
+    for (pd_local i = 0; i < b->n_active; i++) {
+        double K[9];
+        shape_tensor(d, b, i, K);
+        const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
+        b->carries[i] = sound ? PD_SOUND : PD_POINT_SINGULAR;
+    }
+}
+
+static pd_status prepare(pd_body *b)
+{
+    const size_t active = (size_t)b->n_active;
+    const size_t d = (size_t)b->options.dimension;
+    if (!b->weight) {
+        const size_t bonds = (size_t)b->families.first[b->families.n];
+        b->weight = malloc((bonds + 1) * sizeof *b->weight);
+        b->K_inverse = malloc(active * d * d * sizeof *b->K_inverse);
+        /* Points that bear no force are never computed: their Q stays 0. */
+        b->Q = calloc((size_t)b->n_local * d * d, sizeof *b->Q);
+        b->carries = calloc(active, sizeof *b->carries);
+        if (!b->weight || !b->K_inverse || !b->Q || !b->carries)
+            return pd_status_fail(PD_NO_MEMORY, -1, "correspondence of %zu bonds", bonds);
+    }
+    weigh_bonds(b);
+    if (d == 2)
+        shape_points(2, b);
+    else
+        shape_points(3, b);
+    return pd_status_ok();
+}
+
+/* ---- deformation gradients and broken bonds ------------------------------------------ */
+
+/* Break the bonds of point i whose stretch exceeds s_c; did any? */
+PD_INLINE bool break_bonds(const int d, pd_body *b, pd_local i, double s_c_squared)
+{
+    const double *Xi = b->X + (size_t)i * d, *yi = b->y + (size_t)i * d;
+    bool any = false;
+    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+        const size_t j = (size_t)b->families.neighbour[k] * (size_t)d;
+        double xi[3], Y[3];
+        subtract(d, b->X + j, Xi, xi);
+        subtract(d, b->y + j, yi, Y);
+        if (dot(d, Y, Y) <= s_c_squared * dot(d, xi, xi)) continue;
+        if (bond_is_broken(b, k)) continue;
+        pd_damage_break(b, k);
+        any = true;
+    }
+    return any;
+}
+
+/* F of point i, [kim2023] eq. 25; the identity where the point carries no stress. */
+PD_INLINE void gradient(const int d, pd_body *b, pd_local i)
+{
+    const double *Xi = b->X + (size_t)i * d, *yi = b->y + (size_t)i * d;
+    double *F = b->F + (size_t)i * d * d;
+    double sum[9] = {0};
+    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+        const size_t j = (size_t)b->families.neighbour[k] * (size_t)d;
+        double xi[3], Y[3];
+        subtract(d, b->X + j, Xi, xi);
+        subtract(d, b->y + j, yi, Y);
+        add_dyad(d, b->weight[k], Y, xi, sum);
+    }
+    multiply(d, sum, b->K_inverse + (size_t)i * d * d, F);
+    b->J[i] = determinant(d, F);
+    if (b->carries[i] != PD_POINT_SINGULAR)
+        b->carries[i] = b->J[i] > PD_SMALLEST_J ? PD_SOUND : PD_POINT_INVERTED;
+    if (b->carries[i] != PD_SOUND) {
+        identity(d, F);
+        b->J[i] = 1;
+    }
+}
+
+PD_INLINE void gradients(const int d, pd_body *b)
+{
+    const double s_c = b->options.critical_stretch;
+    for (pd_local i = 0; i < b->n_active; i++) {
+        if (s_c > 0 && break_bonds(d, b, i, s_c * s_c)) {
+            double K[9];
+            shape_tensor(d, b, i, K);
+            const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
+            if (!sound) b->carries[i] = PD_POINT_SINGULAR;
+        }
+        gradient(d, b, i);
+    }
+}
+
+/* ---- forces -------------------------------------------------------------------------- */
+
+#define BLOCK 64 /* points whose P stays in the first-level cache */
+
+PD_INLINE void stresses(const int d, pd_body *b)
+{
+    double P[BLOCK * 9];
+    for (pd_local start = 0; start < b->n_active; start += BLOCK) {
+        const pd_local end = start + BLOCK < b->n_active ? start + BLOCK : b->n_active;
+        b->options.material->stress(b->options.parameters, d, (size_t)(end - start),
+                                    b->F + (size_t)start * d * d, b->J + start, P);
+        for (pd_local i = start; i < end; i++) {
+            double *Q = b->Q + (size_t)i * d * d;
+            if (b->carries[i] == PD_SOUND)
+                multiply(d, P + (size_t)(i - start) * d * d,
+                         b->K_inverse + (size_t)i * d * d, Q);
+            else
+                for (int c = 0; c < d * d; c++) Q[c] = 0;
+        }
+    }
+}
+
+/* Force density, [kim2023] eqs 28-29. */
+PD_INLINE void bond_forces(const int d, pd_body *b)
+{
+    for (pd_local i = 0; i < b->n_active; i++) {
+        const double *Xi = b->X + (size_t)i * d, *Qi = b->Q + (size_t)i * d * d;
+        double f[3] = {0};
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const size_t j = (size_t)b->families.neighbour[k];
+            const double *Qj = b->Q + j * (size_t)(d * d);
+            double xi[3];
+            subtract(d, b->X + j * (size_t)d, Xi, xi);
+            for (int r = 0; r < d; r++) {
+                double row = 0;
+                for (int c = 0; c < d; c++) row += (Qi[r * d + c] + Qj[r * d + c]) * xi[c];
+                f[r] += b->weight[k] * row;
+            }
+        }
+        for (int r = 0; r < d; r++) b->force[(size_t)i * d + r] = f[r];
+    }
+}
+
+PD_INLINE void all_forces(const int d, pd_body *b)
+{
+    gradients(d, b);
+    stresses(d, b);
+    bond_forces(d, b);
+}
+
+static void forces(pd_body *b)
+{
+    if (b->options.dimension == 2)
+        all_forces(2, b);
+    else
+        all_forces(3, b);
+}
+
+static double energy(const pd_body *b)
+{
+    const int d = b->options.dimension;
+    double sum = 0;
+    for (pd_local i = 0; i < b->n_active; i++)
+        if (b->carries[i] == PD_SOUND)
+            sum += b->volume[i] * b->options.material->energy(b->options.parameters, d,
+                                                              b->F + (size_t)i * d * d,
+                                                              b->J[i]);
+    return sum;
+}
+
+static double wave_speed(const pd_body *b)
+{
+    return sqrt(b->options.material->longitudinal_modulus(b->options.parameters) /
+                b->options.density);
+}
+
+const pd_formulation pd_formulation_correspondence = {
+    .name = "correspondence",
+    .source = "[kim2023] eqs 12-18, 24-30",
+    .corresponds = true,
+    .prepare = prepare,
+    .forces = forces,
+    .energy = energy,
+    .wave_speed = wave_speed,
+};
