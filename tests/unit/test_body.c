@@ -15,9 +15,8 @@
 
 static size_t allocations;
 
-/* The program's own malloc and calloc, in front of glibc's; a sanitizer brings its own. */
+/* The program's own functions, in front of glibc's; a sanitizer brings its own. */
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-#define COUNTS_ALLOCATIONS true
 extern void *__libc_malloc(size_t size);
 extern void *__libc_calloc(size_t n, size_t size);
 extern void *__libc_realloc(void *old, size_t size);
@@ -39,8 +38,6 @@ void *realloc(void *old, size_t size)
     allocations++;
     return __libc_realloc(old, size);
 }
-#else
-#define COUNTS_ALLOCATIONS false
 #endif
 
 /* ---- what is refused ----------------------------------------------------------------- */
@@ -604,9 +601,9 @@ static void bonds_between_points_out_of_reach_are_not_counted(void **state)
 
 static void forces_allocate_nothing(void **state)
 {
-    if (!COUNTS_ALLOCATIONS)
-        skip();
     points cloud = lattice(3, 8, 5, 5, 0.1);
+    if (allocations == 0) /* a sanitizer or valgrind allocates */
+        skip();
     pd_body_options options = options_of(3, 2.015);
     options.critical_stretch = 1.05;
     options.damping = 1;
@@ -615,7 +612,6 @@ static void forces_allocate_nothing(void **state)
     body_move(body, move_in_waves, &amplitude);
 
     const size_t before = allocations;
-    assert_true(before > 0);
     const pd_status status = pd_body_forces(body);
     assert_int_equal(allocations, before);
     assert_ok(status);
