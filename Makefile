@@ -40,7 +40,8 @@ UNIT_TESTS = \
     test_formulations \
     test_material \
     test_damage \
-    test_body
+    test_body \
+    test_traps
 
 # --- OpenFOAM ---------------------------------------------------------------------------
 
@@ -76,7 +77,7 @@ DEPENDENCIES = -MMD -MP
 # <word>: shows it and the target in place of the command that follows.
 brief = $(if $(V),,@printf '%-4s %s\n' $(1) $@; )
 
-PD_CFLAGS = -std=c11 $(OPTIMISE) -g -fPIC -fvisibility=hidden \
+PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -g -fPIC -fvisibility=hidden \
     $(WARNINGS) -Wshadow -Wpedantic \
     $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
 PD_LIBS = -lm
@@ -109,7 +110,7 @@ MPI_LINK := $(shell $(CC) --showme:link 2>/dev/null)
 
 ADAPTER_CXXFLAGS = -std=$(CXX_STANDARD) $(FOAM_FLAGS) \
     -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX \
-    $(OPTIMISE) -fPIC -ftemplate-depth-100 \
+    $(OPTIMISE) -fno-math-errno -fPIC -ftemplate-depth-100 \
     $(WARNINGS) -Wnon-virtual-dtor -Wno-unused-parameter -Wno-old-style-cast \
     -Wno-alloc-size-larger-than -Wno-invalid-offsetof -Wno-attributes -Wno-unknown-pragmas \
     $(DEPENDENCIES) $(addprefix -I,$(sort $(dir $(ADAPTER_SOURCES)))) -Ipd_solver/include \
@@ -164,9 +165,11 @@ build/objects/tests/%.o: tests/%.c Makefile
 	@mkdir -p $(@D)
 	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
 
+build/tests/test_formulations: build/objects/tests/reference/reference_correspondence.o
+
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)
-	$(call brief,LD)$(CC) -o $@ $< lib/libpd.a $(LDFLAGS_EXTRA) -lcmocka $(PD_LIBS)
+	$(call brief,LD)$(CC) -o $@ $(filter %.o,$^) lib/libpd.a $(LDFLAGS_EXTRA) -lcmocka $(PD_LIBS)
 
 build/objects/tests/%.o: tests/%.C Makefile .cache/openfoam.mk
 	@mkdir -p $(@D)

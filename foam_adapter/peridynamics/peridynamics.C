@@ -9,7 +9,6 @@ License
 #include "peridynamics.H"
 #include "addToRunTimeSelectionTable.H"
 #include "fvOptions.H"
-#include "meshSearch.H"
 #include "pointCloud.H"
 
 #include <cmath>
@@ -29,9 +28,6 @@ namespace
 {
 
 using namespace Foam;
-
-//- Hold strength: 1/deltaT times this leaves 1/1000 of the velocity a step
-constexpr scalar holdStrength = 1000;
 
 //- A fixed deltaT beyond the stable step by more than this ends the run
 constexpr scalar allowedExcess = 2;
@@ -83,6 +79,10 @@ void Foam::functionObjects::peridynamics::readCoupling()
     rhoInf_ = dict.number("rhoInf", range::above(0), dimDensity);
     allowUnstable_ = dict.flagOr(false, "allowUnstable");
     outputInterval_ = dict.integerOr(10, "outputInterval", 1);
+    holdStrength_ = dict.numberOr
+    (
+        1000, "holdStrength", range::above(0), dimless
+    );
     reportInterval_ = dict.integerOr(100, "reportInterval", 1);
     kernel_ = periFoam::kernel::find
     (
@@ -208,10 +208,13 @@ void Foam::functionObjects::peridynamics::checkPlaces()
     forAll(bodies_, i)
     {
         const periFoam::solidBody& body = bodies_[i];
+        label celli = 0;
         for (label p = 0; p < body.view().n_owned; ++p)
         {
             const point X(body.reference(p));
-            if (!mesh_.bounds().contains(X) || mesh_.findCell(X) < 0)
+            celli =
+                mesh_.bounds().contains(X) ? transfer_->cellAt(X, celli) : -1;
+            if (celli < 0)
             {
                 OStringStream os;
                 os  << "cell " << label(body.view().id[p]) << " of region "
@@ -258,7 +261,7 @@ void Foam::functionObjects::peridynamics::checkOverlap() const
             for (label p = 0; p < bodies_[j].view().n_owned; ++p)
             {
                 const point X(bodies_[j].reference(p));
-                if (mesh->bounds().contains(X) && mesh->findCell(X) >= 0)
+                if (mesh->bounds().contains(X) && mesh->findCell(X, polyMesh::FACE_PLANES) >= 0)
                 {
                     OStringStream os;
                     os  << "it overlaps the body " << bodies_[i].name()
@@ -720,7 +723,7 @@ void Foam::functionObjects::peridynamics::addForce
 
     scalarField& diagonal = eqn.diag();
     const scalarField& V = mesh_.V();
-    const scalar strength = holdStrength/time_.deltaTValue();
+    const scalar strength = holdStrength_/time_.deltaTValue();
     forAll(heldCells_, i)
     {
         const label celli = heldCells_[i];

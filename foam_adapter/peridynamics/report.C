@@ -304,7 +304,7 @@ void Foam::functionObjects::peridynamics::writeFields()
             volume.append(body.volume(p));
             damaged.append(body.volume(p)*phi[p]);
         }
-        periFoam::writePointCloud(mesh_, body);
+        periFoam::writePointCloud(mesh_, transfer_(), body);
     }
     scalarField solid, damage;
     transfer_->spreadAmount(place, volume, solid);

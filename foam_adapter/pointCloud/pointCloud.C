@@ -45,7 +45,12 @@ void writeField
 
 // * * * * * * * * * * * * * * * Global Functions  * * * * * * * * * * * * * //
 
-void Foam::periFoam::writePointCloud(const fvMesh& mesh, const solidBody& body)
+void Foam::periFoam::writePointCloud
+(
+    const fvMesh& mesh,
+    const transfer& places,
+    const solidBody& body
+)
 {
     const label n = body.view().n_owned;
     passiveParticleCloud cloud
@@ -55,11 +60,12 @@ void Foam::periFoam::writePointCloud(const fvMesh& mesh, const solidBody& body)
     vectorField displacement(n), U(n);
     scalarField J(n);
     labelField held(n), cell(n);
+    label celli = 0;
     for (label p = 0; p < n; ++p)
     {
         const point x(body.position(p));
-        const label celli = mesh.findCell(x);
-        cloud.addParticle(new passiveParticle(mesh, x, max(celli, 0)));
+        celli = max(places.cellAt(x, celli), 0);
+        cloud.addParticle(new passiveParticle(mesh, x, celli));
         displacement[p] = x - body.reference(p);
         U[p] = body.velocity(p);
         J[p] = body.view().J[p];

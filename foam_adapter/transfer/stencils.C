@@ -79,13 +79,6 @@ void substitute
     }
 }
 
-//- Room for n more, growing geometrically
-template<class Type>
-void reserveMore(DynamicList<Type>& list, const label n)
-{
-    list.reserve(list.size() + n);
-}
-
 //- Values that differ by more than `same` widths, rising; and their widths
 void distinct
 (
@@ -109,6 +102,32 @@ void distinct
             coordinateWidth.append(width[i]);
         }
     }
+}
+
+//- Visit the rows of a block: the label of each sample in sample[0, n), its
+//  weight along the row in along[], the product of the others in across.
+//  w, where the weights of the block start, moves on to the next block
+template<class Row>
+inline void forEachRow
+(
+    const Foam::periFoam::stencils::block& b,
+    const scalar*& w,
+    const label* sample,
+    const Row& row
+)
+{
+    const scalar* w0 = w;
+    const scalar* w1 = w0 + b.n[0];
+    const scalar* along = w1 + b.n[1];
+    const label n = b.n[2];
+    for (label i = 0; i < b.n[0]; ++i)
+    {
+        for (label j = 0; j < b.n[1]; ++j, sample += n)
+        {
+            row(n, sample, along, w0[i]*w1[j]);
+        }
+    }
+    w = along + n;
 }
 
 } // End anonymous namespace
@@ -264,7 +283,6 @@ void Foam::periFoam::stencils::collect
                 queue.append(next);
             }
         }
-        // A face that led nowhere may be met again from the other side
     }
     sort(found);
 }
@@ -280,25 +298,26 @@ bool Foam::periFoam::stencils::appendBlock
     b.component = component;
     label total = 1;
     List<DynamicList<scalar>> coordinate(3), width(3);
-    for (direction d = 0; d < 3; ++d)
+    for (label k = 0; k < 3; ++k)
     {
+        const label axis = axes_[k];
         scalarList x(found.size()), w(found.size());
         forAll(found, i)
         {
-            x[i] = position_[found[i]][d];
-            w[i] = width_[found[i]][d];
+            x[i] = position_[found[i]][axis];
+            w[i] = width_[found[i]][axis];
         }
-        if (directions_.found(d))
+        if (directions_.found(axis))
         {
-            distinct(x, w, coordinate[d], width[d]);
+            distinct(x, w, coordinate[k], width[k]);
         }
         else
         {
-            coordinate[d].append(0);
-            width[d].append(1);
+            coordinate[k].append(0);
+            width[k].append(1);
         }
-        b.n[d] = coordinate[d].size();
-        total *= b.n[d];
+        b.n[k] = coordinate[k].size();
+        total *= b.n[k];
     }
     if (total != found.size() || !total)
     {
@@ -309,26 +328,31 @@ bool Foam::periFoam::stencils::appendBlock
     for (const label sample : found)
     {
         label index = 0;
-        for (direction d = 0; d < 3; ++d)
+        for (label k = 0; k < 3; ++k)
         {
-            label k = 0;
-            if (directions_.found(d))
+            label place = 0;
+            const label axis = axes_[k];
+            if (directions_.found(axis))
             {
-                const scalar slack = same*width_[sample][d];
+                const scalar slack = same*width_[sample][axis];
                 while
                 (
-                    k < b.n[d]
-                 && mag(coordinate[d][k] - position_[sample][d]) > slack
+                    place < b.n[k]
+                 && mag(coordinate[k][place] - position_[sample][axis]) > slack
                 )
                 {
-                    ++k;
+                    ++place;
                 }
-                if (k == b.n[d] || mag(width[d][k] - width_[sample][d]) > slack)
+                if
+                (
+                    place == b.n[k]
+                 || mag(width[k][place] - width_[sample][axis]) > slack
+                )
                 {
                     return false;
                 }
             }
-            index = index*b.n[d] + k;
+            index = index*b.n[k] + place;
         }
         if (slot[index] >= 0)
         {
@@ -337,11 +361,11 @@ bool Foam::periFoam::stencils::appendBlock
         slot[index] = sample;
     }
 
-    for (direction d = 0; d < 3; ++d)
+    for (label k = 0; k < 3; ++k)
     {
-        b.start[d] = coordinates_.size();
-        coordinates_.append(coordinate[d]);
-        for (const scalar w : width[d])
+        b.start[k] = coordinates_.size();
+        coordinates_.append(coordinate[k]);
+        for (const scalar w : width[k])
         {
             rWidths_.append(1/w);
         }
@@ -400,40 +424,35 @@ void Foam::periFoam::stencils::append(const label celli)
 void Foam::periFoam::stencils::weigh1D
 (
     const block& b,
-    const label direction,
+    const label k,
     const scalar X,
     const bool linear,
     scalar* w
 ) const
 {
-    const label n = b.n[direction];
+    const label n = b.n[k];
     if (n == 1)
     {
         w[0] = 1;
         return;
     }
-    const scalar* x = &coordinates_[b.start[direction]];
-    const scalar* rWidth = &rWidths_[b.start[direction]];
+    const scalar* x = &coordinates_[b.start[k]];
+    const scalar* rWidth = &rWidths_[b.start[k]];
     kernel_.evaluate(n, X, x, rWidth, w);
 
     scalar m0 = 0, m1 = 0, m2 = 0;
     for (label i = 0; i < n; ++i)
     {
         const scalar r = (x[i] - X)*rWidth[0];
+        const scalar wr = w[i]*r;
         m0 += w[i];
-        m1 += w[i]*r;
-        m2 += w[i]*r*r;
+        m1 += wr;
+        m2 += wr*r;
     }
     const scalar determinant = m0*m2 - m1*m1;
-    if (!linear || determinant <= 1e-8*m0*m2)
-    {
-        for (label i = 0; i < n; ++i)
-        {
-            w[i] /= m0;
-        }
-        return;
-    }
-    const scalar a = m2/determinant, c = m1*rWidth[0]/determinant;
+    const bool bend = linear && determinant > 1e-8*m0*m2;
+    const scalar a = bend ? m2/determinant : 1/m0;
+    const scalar c = bend ? m1*rWidth[0]/determinant : 0;
     for (label i = 0; i < n; ++i)
     {
         w[i] *= a - c*(x[i] - X);
@@ -576,6 +595,19 @@ Foam::periFoam::stencils::stencils
         }
     }
     directions_ = solved;
+
+    label next = 0;
+    for (label d = 0; d < 3; ++d)
+    {
+        if (!directions_.found(d))
+        {
+            axes_[next++] = d;
+        }
+    }
+    for (const label d : directions_)
+    {
+        axes_[next++] = d;
+    }
 }
 
 
@@ -616,12 +648,12 @@ void Foam::periFoam::stencils::weigh
     {
         const stencil& s = stencils_[result.stencil[p]];
         scalar* w = result.w.data() + result.first[p];
-        for (label k = s.block; k < s.block + s.nBlocks; ++k)
+        for (label bi = s.block; bi < s.block + s.nBlocks; ++bi)
         {
-            for (label d = 0; d < 3; ++d)
+            for (label k = 0; k < 3; ++k)
             {
-                weigh1D(blocks_[k], d, x[p][d], linear, w);
-                w += blocks_[k].n[d];
+                weigh1D(blocks_[bi], k, x[p][axes_[k]], linear, w);
+                w += blocks_[bi].n[k];
             }
         }
         if (s.nBlocks)
@@ -638,31 +670,6 @@ void Foam::periFoam::stencils::weigh
         }
     }
 }
-
-
-// Visit the samples of a block with the products of their weights, for points
-// whose one-dimensional weights start at w
-#define PERIFOAM_FOR_BLOCK(b, w, sample, product, body)                       \
-    {                                                                         \
-        const scalar* wx_ = w;                                                \
-        const scalar* wy_ = wx_ + b.n[0];                                     \
-        const scalar* wz_ = wy_ + b.n[1];                                     \
-        const label* sample_ = &samples_[b.first];                            \
-        for (label i_ = 0; i_ < b.n[0]; ++i_)                                 \
-        {                                                                     \
-            for (label j_ = 0; j_ < b.n[1]; ++j_)                             \
-            {                                                                 \
-                const scalar wxy_ = wx_[i_]*wy_[j_];                          \
-                for (label k_ = 0; k_ < b.n[2]; ++k_)                         \
-                {                                                             \
-                    const label sample = *sample_++;                          \
-                    const scalar product = wxy_*wz_[k_];                      \
-                    body                                                      \
-                }                                                             \
-            }                                                                 \
-        }                                                                     \
-        w = wz_ + b.n[2];                                                     \
-    }
 
 
 void Foam::periFoam::stencils::gather
@@ -684,19 +691,37 @@ void Foam::periFoam::stencils::gather
             if (type_ == FACES)
             {
                 scalar one = 0;
-                PERIFOAM_FOR_BLOCK(b, w, i, v, one += v*samples[i];)
+                forEachRow
+                (
+                    b, w, &samples_[b.first],
+                    [&](label n, const label* i, const scalar* v, scalar c)
+                    {
+                        scalar part = 0;
+                        for (label j = 0; j < n; ++j)
+                        {
+                            part += v[j]*samples[i[j]];
+                        }
+                        one += c*part;
+                    }
+                );
                 sum[b.component] += one;
             }
             else
             {
-                PERIFOAM_FOR_BLOCK
+                forEachRow
                 (
-                    b, w, i, v,
-                    for (const label a : directions_)
+                    b, w, &samples_[b.first],
+                    [&](label n, const label* i, const scalar* v, scalar c)
                     {
-                        sum[a] += v*samples[3*i + a];
+                        for (label j = 0; j < n; ++j)
+                        {
+                            for (const label a : directions_)
+                            {
+                                sum[a] += c*v[j]*samples[3*i[j] + a];
+                            }
+                        }
                     }
-                )
+                );
             }
         }
         for (label k = 0; k < s.size; ++k)
@@ -734,18 +759,34 @@ void Foam::periFoam::stencils::scatter
             if (type_ == FACES)
             {
                 const scalar one = value[b.component];
-                PERIFOAM_FOR_BLOCK(b, w, i, v, samples[i] += v*one;)
+                forEachRow
+                (
+                    b, w, &samples_[b.first],
+                    [&](label n, const label* i, const scalar* v, scalar c)
+                    {
+                        for (label j = 0; j < n; ++j)
+                        {
+                            samples[i[j]] += c*one*v[j];
+                        }
+                    }
+                );
             }
             else
             {
-                PERIFOAM_FOR_BLOCK
+                forEachRow
                 (
-                    b, w, i, v,
-                    for (const label a : directions_)
+                    b, w, &samples_[b.first],
+                    [&](label n, const label* i, const scalar* v, scalar c)
                     {
-                        samples[3*i + a] += v*value[a];
+                        for (label j = 0; j < n; ++j)
+                        {
+                            for (const label a : directions_)
+                            {
+                                samples[3*i[j] + a] += c*v[j]*value[a];
+                            }
+                        }
                     }
-                )
+                );
             }
         }
         for (label k = 0; k < s.size; ++k)
@@ -782,7 +823,17 @@ void Foam::periFoam::stencils::scatter
         for (label k = s.block; k < s.block + s.nBlocks; ++k)
         {
             const block& b = blocks_[k];
-            PERIFOAM_FOR_BLOCK(b, w, i, v, samples[i] += v*value;)
+            forEachRow
+            (
+                b, w, &samples_[b.first],
+                [&](label n, const label* i, const scalar* v, scalar c)
+                {
+                    for (label j = 0; j < n; ++j)
+                    {
+                        samples[i[j]] += c*v[j]*value;
+                    }
+                }
+            );
         }
         for (label k = 0; k < s.size; ++k)
         {

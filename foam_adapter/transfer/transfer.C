@@ -11,56 +11,6 @@ License
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
-Foam::label Foam::periFoam::transfer::walk(const point& x, label celli) const
-{
-    const vectorField& centre = mesh_.faceCentres();
-    const vectorField& area = mesh_.faceAreas();
-    const labelList& owner = mesh_.faceOwner();
-
-    // A walk that has not arrived after a few cells is lost
-    for (label step = 0; step < 20; ++step)
-    {
-        label exit = -1;
-        scalar farthest = 0;
-        for (const label facei : mesh_.cells()[celli])
-        {
-            const scalar height = ((x - centre[facei]) & area[facei]);
-            const scalar outwards = owner[facei] == celli ? height : -height;
-
-            // Round-off keeps a point on a face where it is. Faces of empty
-            // patches do not count: points keep to the plane by themselves
-            const scalar slack = 1e-12*mag(area[facei])*mag(x);
-            if
-            (
-                outwards > max(farthest, slack)
-             && (
-                    mesh_.isInternalFace(facei)
-                 || !isA<emptyPolyPatch>
-                    (
-                        mesh_.boundaryMesh()
-                        [mesh_.boundaryMesh().whichPatch(facei)]
-                    )
-                )
-            )
-            {
-                farthest = outwards;
-                exit = facei;
-            }
-        }
-        if (exit < 0)
-        {
-            return celli;
-        }
-        if (!mesh_.isInternalFace(exit))
-        {
-            break;
-        }
-        celli = owner[exit] == celli ? mesh_.faceNeighbour()[exit] : owner[exit];
-    }
-    return mesh_.findCell(x);
-}
-
-
 Foam::scalar Foam::periFoam::transfer::faceVelocity
 (
     const surfaceScalarField& phi,
@@ -87,12 +37,68 @@ Foam::periFoam::transfer::transfer
 )
 :
     mesh_(mesh),
+    directions_(mesh.nGeometricD()),
     samples_(mesh, k, faceFlux ? stencils::FACES : stencils::CELLS),
     cells_(mesh, k, stencils::CELLS)
 {}
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::label Foam::periFoam::transfer::cellAt
+(
+    const point& x,
+    label celli
+) const
+{
+    const vectorField& centre = mesh_.faceCentres();
+    const vectorField& area = mesh_.faceAreas();
+    const labelList& owner = mesh_.faceOwner();
+
+    // Straight across the mesh and half as much again, or it goes in circles
+    const label most = 3*Foam::pow(scalar(mesh_.nCells()), 1./directions_);
+    for (label step = 0; step < most; ++step)
+    {
+        label exit = -1;
+        scalar farthest = 0;
+        for (const label facei : mesh_.cells()[celli])
+        {
+            const scalar height = ((x - centre[facei]) & area[facei]);
+            const scalar outwards = owner[facei] == celli ? height : -height;
+
+            // Round-off keeps a point on a face where it is. Faces of empty
+            // patches do not count: points keep to the plane by themselves
+            if
+            (
+                outwards > farthest
+             && outwards > 1e-12*mag(area[facei])*mag(x)
+             && (
+                    mesh_.isInternalFace(facei)
+                 || !isA<emptyPolyPatch>
+                    (
+                        mesh_.boundaryMesh()
+                        [mesh_.boundaryMesh().whichPatch(facei)]
+                    )
+                )
+            )
+            {
+                farthest = outwards;
+                exit = facei;
+            }
+        }
+        if (exit < 0)
+        {
+            return celli;
+        }
+        if (!mesh_.isInternalFace(exit))
+        {
+            break;
+        }
+        celli = owner[exit] == celli ? mesh_.faceNeighbour()[exit] : owner[exit];
+    }
+    return mesh_.findCell(x, polyMesh::FACE_PLANES);
+}
+
 
 Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
 {
@@ -104,7 +110,7 @@ Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
     // is where a point without a cell of its own starts from
     forAll(x, p)
     {
-        cell_[p] = walk(x[p], cell_[p]);
+        cell_[p] = cellAt(x[p], cell_[p]);
         if (cell_[p] < 0)
         {
             cell_[p] = 0;
@@ -190,7 +196,7 @@ void Foam::periFoam::transfer::spreadAmount
     label near = 0;
     forAll(x, p)
     {
-        cell[p] = walk(x[p], near);
+        cell[p] = cellAt(x[p], near);
         near = max(cell[p], 0);
         cell[p] = near;
     }

@@ -150,7 +150,7 @@ typedef struct {
 typedef struct {
     int dimension;
     pd_local n_moving; /* points [0, n_moving) move, the rest is held */
-    pd_local n_active; /* points [0, n_active) bear force; the rest is deep inside holds */
+    pd_local n_active; /* points [0, n_active) keep a family; the rest is inside holds */
     pd_local n_owned;
     pd_local n_local;      /* owned + ghosts */
     const pd_global *id;   /* [n_local] caller's number */
@@ -178,7 +178,9 @@ typedef struct {
 
 /*
  * Build a body from n points: X[n][3] (m), volume[n] (m3; m2 in two dimensions), held[n]
- * (non-zero: the point never moves; NULL: none). Arrays are copied. The first d
+ * (non-zero: the point never moves; NULL: none). Arrays are copied. The held part is rigid
+ * and ends where its points' volumes end, half a spacing beyond the last of them: moving
+ * points see there a displacement of zero. The first d
  * components of X count. Families are symmetric: points i and j are bonded when
  * |xi| <= m (dX_i + dX_j)/2 with dX = volume^(1/d).
  *
@@ -194,7 +196,8 @@ PD_API pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, s
 /* Free a body; NULL is allowed. Collective. */
 PD_API void pd_body_destroy(pd_body *body);
 
-/* Break the bonds that cross or touch a rectangle in the reference configuration.
+/* Break the bonds that cross or touch a rectangle in the reference configuration; bonds
+ * that lie in its plane stay.
  * Before the first pd_body_forces. Errors: PD_NO_MEMORY, PD_BAD_ARGUMENT (degenerate). */
 PD_API pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle);
 
@@ -225,7 +228,7 @@ PD_API pd_summary pd_body_summary(const pd_body *body);
 /* Fastest wave at rest (m/s). */
 PD_API double pd_body_wave_speed(const pd_body *body);
 
-/* Bonds of point p: the count, and borrowed neighbour indices [count]. For tests and
+/* Bonds of point p: the count (0 for a point that keeps no family), and borrowed neighbour indices [count]. For tests and
  * post-processing. */
 PD_API pd_local pd_body_family(const pd_body *body, pd_local p, const pd_local **neighbour);
 PD_API bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k);

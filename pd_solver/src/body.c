@@ -14,15 +14,6 @@
 #include "status.h"
 #include "tensor.h"
 
-/* Beyond this a position, velocity or load is as good as infinite: its powers in J and
- * tr C must stay finite. */
-#define PD_LARGEST 1e60
-
-static bool usable(double value)
-{
-    return isfinite(value) && fabs(value) < PD_LARGEST;
-}
-
 /* ---- order of points ----------------------------------------------------------------- */
 
 typedef struct {
@@ -213,6 +204,30 @@ static pd_status build_families(pd_body *b, const double *X, const double *volum
     return status;
 }
 
+/* How far points beside a hold are from where it ends: the distance to the nearest point
+ * of the other kind, less half that point's spacing. 0: not beside a hold. */
+static pd_status measure_holds(pd_body *b)
+{
+    const int d = b->options.dimension;
+    if (b->n_moving == b->n_active) return pd_status_ok();
+    b->hold_distance = calloc((size_t)b->n_active, sizeof *b->hold_distance);
+    if (!b->hold_distance)
+        return pd_status_fail(PD_NO_MEMORY, -1, "holds of %d points", b->n_active);
+    for (pd_local i = 0; i < b->n_active; i++) {
+        double nearest = HUGE_VAL;
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const pd_local j = b->families.neighbour[k];
+            if ((i < b->n_moving) == (j < b->n_moving)) continue;
+            double xi[3];
+            subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+            nearest = fmin(nearest, sqrt(dot(d, xi, xi)) - b->spacing[j] / 2);
+        }
+        /* Points of a very uneven mesh may lie inside each other's half spacing. */
+        if (nearest < HUGE_VAL) b->hold_distance[i] = fmax(nearest, 0.1 * b->spacing[i]);
+    }
+    return pd_status_ok();
+}
+
 static pd_status check_families(const pd_body *b)
 {
     for (pd_local i = 0; i < b->n_active; i++)
@@ -231,6 +246,7 @@ static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double
     if (comm != MPI_COMM_NULL) MPI_Comm_dup(comm, &b->comm);
     PD_TRY(allocate(b));
     PD_TRY(build_families(b, X, volume, held));
+    PD_TRY(measure_holds(b));
     PD_TRY(b->options.formulation->prepare(b));
     PD_TRY(check_families(b));
     if (b->options.critical_stretch > 0) PD_TRY(pd_damage_allocate(b));
@@ -263,7 +279,7 @@ void pd_body_destroy(pd_body *b)
     if (b->comm != MPI_COMM_NULL) MPI_Comm_free(&b->comm);
     void *arrays[] = {b->id,    b->X, b->y,      b->v,      b->volume, b->spacing,
                       b->force, b->F, b->J,      b->load,   b->weight, b->broken,
-                      b->Q,     b->K_inverse, b->carries};
+                      b->Q,     b->K_inverse, b->carries, b->hold_distance};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) free(arrays[k]);
     pd_families_free(&b->families);
     free(b);
@@ -314,6 +330,7 @@ const pd_body_options *pd_body_settings(const pd_body *b)
 
 pd_local pd_body_family(const pd_body *b, pd_local p, const pd_local **neighbour)
 {
+    if (neighbour) *neighbour = NULL;
     if (p >= b->families.n) return 0;
     if (neighbour) *neighbour = b->families.neighbour + b->families.first[p];
     return (pd_local)(b->families.first[p + 1] - b->families.first[p]);
@@ -361,7 +378,7 @@ static pd_status check_inversion(const pd_body *b)
 
 pd_status pd_body_forces(pd_body *b)
 {
-    PD_TRY(check_finite(b, b->y, b->n_active, "position"));
+    PD_TRY(check_finite(b, b->y, b->n_local, "position"));
     PD_TRY(check_finite(b, b->v, b->n_moving, "velocity"));
     b->options.formulation->forces(b);
     const size_t moving = (size_t)b->n_moving * (size_t)b->options.dimension;

@@ -27,6 +27,10 @@ struct pd_body {
     double *weight;   /* [bonds] omega beta V_j, m3 */
     uint64_t *broken; /* [bonds] bits; NULL until a bond can break */
 
+    /* [n_active] distance to where the hold ends, m; 0 for points not beside one; NULL
+     * where nothing is held. */
+    double *hold_distance;
+
     /* correspondence */
     double *K_inverse;     /* [n_active][d][d], m-(d+2); 0 where K is near singular */
     double *Q;             /* [n_active][d][d] P K^-1 */

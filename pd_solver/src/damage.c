@@ -86,6 +86,9 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
 {
     const int d = body->options.dimension;
     pd_rectangle r = *rectangle;
+    for (int c = 0; c < d; c++)
+        if (!(usable(r.corner[c]) && usable(r.edge1[c]) && (d == 2 || usable(r.edge2[c]))))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1, "a pre-crack that is not finite");
     if (d == 2) {
         /* A strip through the plane, whatever its depth. */
         r.corner[2] = -1, r.edge1[2] = 0;
@@ -127,7 +130,7 @@ pd_local pd_body_pieces(const pd_body *body, pd_local *piece)
     for (pd_local i = 0; i < families->n; i++)
         for (int64_t k = families->first[i]; k < families->first[i + 1]; k++) {
             const pd_local j = families->neighbour[k];
-            if (j >= i || bond_is_broken(body, k)) continue;
+            if (j >= i || bond_is_broken(body, k)) continue; /* seen from the other end */
             const pd_local a = root_of(piece, i), b = root_of(piece, j);
             if (a < b) piece[b] = a;
             if (b < a) piece[a] = b;

@@ -11,6 +11,35 @@
 #include "body.h"
 #include "tensor.h"
 
+/* Does the family of point i hold both moving and held points? */
+PD_INLINE bool beside_hold(const pd_body *b, pd_local i)
+{
+    return b->hold_distance && b->hold_distance[i] > 0;
+}
+
+/* By how much the displacement of the moving end of a bond counts: a bond that enters a
+ * hold sees the displacement fall linearly to zero where the hold ends and go on beyond
+ * it, as if mirrored there. i: moving, j: held. */
+PD_INLINE double mirror(const pd_body *b, pd_local i, pd_local j)
+{
+    return 1 + b->hold_distance[j] / b->hold_distance[i];
+}
+
+/* xi and the deformed bond Y from i to j; holds: bonds may enter a hold. */
+PD_INLINE void bond(const int d, const bool holds, const pd_body *b, pd_local i, pd_local j,
+                    double *xi, double *Y)
+{
+    const double *Xi = b->X + (size_t)i * d, *Xj = b->X + (size_t)j * d;
+    const double *yi = b->y + (size_t)i * d, *yj = b->y + (size_t)j * d;
+    subtract(d, Xj, Xi, xi);
+    subtract(d, yj, yi, Y);
+    if (!holds) return;
+    if (i < b->n_moving && j >= b->n_moving)
+        for (int c = 0; c < d; c++) Y[c] = xi[c] - mirror(b, i, j) * (yi[c] - Xi[c]);
+    if (i >= b->n_moving && j < b->n_moving)
+        for (int c = 0; c < d; c++) Y[c] = xi[c] + mirror(b, j, i) * (yj[c] - Xj[c]);
+}
+
 /* K of point i, [kim2023] eq. 26, over bonds of weight > 0. */
 PD_INLINE void shape_tensor(const int d, const pd_body *b, pd_local i, double *K)
 {

@@ -10,6 +10,10 @@
  * The force is minus the gradient of sum_i V_i Psi(F_i) because omega beta V_i V_j and
  * the families are symmetric.
  *
+ * A held part is rigid: its points bear no strain energy, and bonds into it are
+ * continued as deformation.h says, so that the energy of the moving points is that of a
+ * solid clamped where the hold ends.
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include <stdlib.h>
@@ -43,14 +47,18 @@ static void weigh_bonds(pd_body *b)
         }
 }
 
+/* K^-1 of point i from the bonds that it has. */
+PD_INLINE void invert_shape(const int d, pd_body *b, pd_local i)
+{
+    double K[9];
+    shape_tensor(d, b, i, K);
+    const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
+    b->carries[i] = sound ? PD_SOUND : PD_POINT_SINGULAR;
+}
+
 PD_INLINE void shape_points(const int d, pd_body *b)
 {
-    for (pd_local i = 0; i < b->n_active; i++) {
-        double K[9];
-        shape_tensor(d, b, i, K);
-        const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
-        b->carries[i] = sound ? PD_SOUND : PD_POINT_SINGULAR;
-    }
+    for (pd_local i = 0; i < b->n_active; i++) invert_shape(d, b, i);
 }
 
 static pd_status prepare(pd_body *b)
@@ -61,7 +69,7 @@ static pd_status prepare(pd_body *b)
         const size_t bonds = (size_t)b->families.first[b->families.n];
         b->weight = malloc((bonds + 1) * sizeof *b->weight);
         b->K_inverse = malloc(active * d * d * sizeof *b->K_inverse);
-        /* Points that bear no force are never computed: their Q stays 0. */
+        /* Held points bear no stress: their Q stays 0. */
         b->Q = calloc((size_t)b->n_local * d * d, sizeof *b->Q);
         b->carries = calloc(active, sizeof *b->carries);
         if (!b->weight || !b->K_inverse || !b->Q || !b->carries)
@@ -78,15 +86,13 @@ static pd_status prepare(pd_body *b)
 /* ---- deformation gradients and broken bonds ------------------------------------------ */
 
 /* Break the bonds of point i whose stretch exceeds s_c; did any? */
-PD_INLINE bool break_bonds(const int d, pd_body *b, pd_local i, double s_c_squared)
+PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i,
+                           double s_c_squared)
 {
-    const double *Xi = b->X + (size_t)i * d, *yi = b->y + (size_t)i * d;
     bool any = false;
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-        const size_t j = (size_t)b->families.neighbour[k] * (size_t)d;
         double xi[3], Y[3];
-        subtract(d, b->X + j, Xi, xi);
-        subtract(d, b->y + j, yi, Y);
+        bond(d, holds, b, i, b->families.neighbour[k], xi, Y);
         if (dot(d, Y, Y) <= s_c_squared * dot(d, xi, xi)) continue;
         if (bond_is_broken(b, k)) continue;
         pd_damage_break(b, k);
@@ -96,16 +102,13 @@ PD_INLINE bool break_bonds(const int d, pd_body *b, pd_local i, double s_c_squar
 }
 
 /* F of point i, [kim2023] eq. 25; the identity where the point carries no stress. */
-PD_INLINE void gradient(const int d, pd_body *b, pd_local i)
+PD_INLINE void gradient(const int d, const bool holds, pd_body *b, pd_local i)
 {
-    const double *Xi = b->X + (size_t)i * d, *yi = b->y + (size_t)i * d;
     double *F = b->F + (size_t)i * d * d;
     double sum[9] = {0};
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-        const size_t j = (size_t)b->families.neighbour[k] * (size_t)d;
         double xi[3], Y[3];
-        subtract(d, b->X + j, Xi, xi);
-        subtract(d, b->y + j, yi, Y);
+        bond(d, holds, b, i, b->families.neighbour[k], xi, Y);
         add_dyad(d, b->weight[k], Y, xi, sum);
     }
     multiply(d, sum, b->K_inverse + (size_t)i * d * d, F);
@@ -118,18 +121,20 @@ PD_INLINE void gradient(const int d, pd_body *b, pd_local i)
     }
 }
 
-PD_INLINE void gradients(const int d, pd_body *b)
+PD_INLINE void deform_point(const int d, const bool holds, pd_body *b, pd_local i)
 {
     const double s_c = b->options.critical_stretch;
-    for (pd_local i = 0; i < b->n_active; i++) {
-        if (s_c > 0 && break_bonds(d, b, i, s_c * s_c)) {
-            double K[9];
-            shape_tensor(d, b, i, K);
-            const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
-            if (!sound) b->carries[i] = PD_POINT_SINGULAR;
-        }
-        gradient(d, b, i);
-    }
+    if (s_c > 0 && break_bonds(d, holds, b, i, s_c * s_c)) invert_shape(d, b, i);
+    if (i < b->n_moving) gradient(d, holds, b, i);
+}
+
+PD_INLINE void gradients(const int d, pd_body *b)
+{
+    for (pd_local i = 0; i < b->n_active; i++)
+        if (beside_hold(b, i))
+            deform_point(d, true, b, i);
+        else
+            deform_point(d, false, b, i);
 }
 
 /* ---- forces -------------------------------------------------------------------------- */
@@ -139,8 +144,8 @@ PD_INLINE void gradients(const int d, pd_body *b)
 PD_INLINE void stresses(const int d, pd_body *b)
 {
     double P[BLOCK * 9];
-    for (pd_local start = 0; start < b->n_active; start += BLOCK) {
-        const pd_local end = start + BLOCK < b->n_active ? start + BLOCK : b->n_active;
+    for (pd_local start = 0; start < b->n_moving; start += BLOCK) {
+        const pd_local end = start + BLOCK < b->n_moving ? start + BLOCK : b->n_moving;
         b->options.material->stress(b->options.parameters, d, (size_t)(end - start),
                                     b->F + (size_t)start * d * d, b->J + start, P);
         for (pd_local i = start; i < end; i++) {
@@ -154,32 +159,36 @@ PD_INLINE void stresses(const int d, pd_body *b)
     }
 }
 
-/* Force density, [kim2023] eqs 28-29. */
-PD_INLINE void bond_forces(const int d, pd_body *b)
+/* Force density of moving point i, [kim2023] eqs 28-29. */
+PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
 {
-    for (pd_local i = 0; i < b->n_active; i++) {
-        const double *Xi = b->X + (size_t)i * d, *Qi = b->Q + (size_t)i * d * d;
-        double f[3] = {0};
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            const size_t j = (size_t)b->families.neighbour[k];
-            const double *Qj = b->Q + j * (size_t)(d * d);
-            double xi[3];
-            subtract(d, b->X + j * (size_t)d, Xi, xi);
-            for (int r = 0; r < d; r++) {
-                double row = 0;
-                for (int c = 0; c < d; c++) row += (Qi[r * d + c] + Qj[r * d + c]) * xi[c];
-                f[r] += b->weight[k] * row;
-            }
+    const double *Xi = b->X + (size_t)i * d, *Qi = b->Q + (size_t)i * d * d;
+    double f[3] = {0};
+    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+        const pd_local j = b->families.neighbour[k];
+        const double *Qj = b->Q + (size_t)j * (size_t)(d * d);
+        const double w =
+            holds && j >= b->n_moving ? b->weight[k] * mirror(b, i, j) : b->weight[k];
+        double xi[3];
+        subtract(d, b->X + (size_t)j * (size_t)d, Xi, xi);
+        for (int r = 0; r < d; r++) {
+            double row = 0;
+            for (int c = 0; c < d; c++) row += (Qi[r * d + c] + Qj[r * d + c]) * xi[c];
+            f[r] += w * row;
         }
-        for (int r = 0; r < d; r++) b->force[(size_t)i * d + r] = f[r];
     }
+    for (int r = 0; r < d; r++) b->force[(size_t)i * d + r] = f[r];
 }
 
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
     gradients(d, b);
     stresses(d, b);
-    bond_forces(d, b);
+    for (pd_local i = 0; i < b->n_moving; i++)
+        if (beside_hold(b, i))
+            bond_force(d, true, b, i);
+        else
+            bond_force(d, false, b, i);
 }
 
 static void forces(pd_body *b)
@@ -194,7 +203,7 @@ static double energy(const pd_body *b)
 {
     const int d = b->options.dimension;
     double sum = 0;
-    for (pd_local i = 0; i < b->n_active; i++)
+    for (pd_local i = 0; i < b->n_moving; i++)
         if (b->carries[i] == PD_SOUND)
             sum += b->volume[i] * b->options.material->energy(b->options.parameters, d,
                                                               b->F + (size_t)i * d * d,

@@ -42,8 +42,9 @@ static int64_t lay_out(pd_cell_list *cells)
         cells->origin[a] = low;
         extent[a] = high - low;
     }
+    /* A little wider, so that round-off puts no bond of full length two cells apart. */
     for (pd_local p = 0; p < cells->n; p++)
-        cells->size = fmax(cells->size, cells->ratio * cells->spacing[p]);
+        cells->size = fmax(cells->size, cells->ratio * cells->spacing[p] * (1 + 1e-9));
     for (;; cells->size *= 2) {
         double total = 1;
         for (int a = 0; a < d; a++) total *= floor(extent[a] / cells->size) + 1;

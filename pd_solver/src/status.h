@@ -2,7 +2,18 @@
 #ifndef PD_SRC_STATUS_H
 #define PD_SRC_STATUS_H
 
+#include <math.h>
+
 #include "pd.h"
+
+/* Beyond this a position, velocity or load is as good as infinite: its powers in J and
+ * tr C must stay finite. */
+#define PD_LARGEST 1e60
+
+static inline bool usable(double value)
+{
+    return isfinite(value) && fabs(value) < PD_LARGEST;
+}
 
 pd_status pd_status_ok(void);
 

@@ -53,7 +53,7 @@ void reference_free(reference_body *b)
     free(b);
 }
 
-/* ---- a pair of points ---------------------------------------------------------------- */
+/* ---- a pair of points ---- */
 
 static double distance(const double *a, const double *b)
 {
@@ -68,8 +68,7 @@ static double spacing_of(const reference_body *b, size_t l, size_t m)
 
 static int in_family(const reference_body *b, size_t l, size_t m)
 {
-    return l != m &&
-           distance(b->X[l], b->X[m]) <= b->horizon_ratio * spacing_of(b, l, m);
+    return l != m && distance(b->X[l], b->X[m]) <= b->horizon_ratio * spacing_of(b, l, m);
 }
 
 /* V_m^(l), eq. 24 */
@@ -98,7 +97,7 @@ static double omega_hat(const reference_body *b, size_t l, size_t m)
     return omega * b->I[l * b->n + m];
 }
 
-/* ---- tensors ------------------------------------------------------------------------- */
+/* ---- tensors ---- */
 
 static double determinant(tensor A)
 {
@@ -169,7 +168,7 @@ static void stress(const reference_body *b, tensor F, double J, tensor P)
                       kappa * log(J) * inverse[c][r];
 }
 
-/* ---- a body -------------------------------------------------------------------------- */
+/* ---- a body ---- */
 
 /* eqs 16 and 17 */
 static void break_bonds(reference_body *b)
@@ -192,7 +191,8 @@ static void deform(reference_body *b, size_t l, tensor PKinverse)
     set_identity(b->F[l]);
     b->J[l] = 1;
     memset(PKinverse, 0, sizeof(tensor));
-    const double mean = (b->d == 2 ? K[0][0] + K[1][1] : K[0][0] + K[1][1] + K[2][2]) / b->d;
+    const double mean =
+        (b->d == 2 ? K[0][0] + K[1][1] : K[0][0] + K[1][1] + K[2][2]) / b->d;
     if (!(determinant(K) > b->smallest_shape * pow(mean, b->d))) {
         b->singular++;
         return;

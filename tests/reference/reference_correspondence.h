@@ -16,7 +16,7 @@ typedef struct {
     double horizon_ratio;    /* epsilon / Delta X, - */
     double critical_stretch; /* s_c, -; 0: bonds cannot break */
     double G, nu_stab;       /* Pa, - */
-    double smallest_shape;   /* least 3^d-like measure of K, as PD_SINGULAR_SHAPE */
+    double smallest_shape;   /* least det K / (tr K / d)^d, as PD_SINGULAR_SHAPE */
     double smallest_J;       /* as PD_SMALLEST_J */
     double (*X)[3];          /* [n] m */
     double *V;               /* [n] m3 (m2) */

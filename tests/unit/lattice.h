@@ -19,10 +19,10 @@
 
 #include "pd.h"
 
-/* ---- assertion ----------------------------------------------------------------------- */
+/* ---- assertion ---- */
 
 /* |value - expected| <= tolerance; a NaN fails. */
-#define assert_near(value, expected, tolerance)                                            \
+#define assert_near(value, expected, tolerance)                                          \
     assert_near_(value, expected, tolerance, #value, __FILE__, __LINE__)
 
 static inline void assert_near_(double value, double expected, double tolerance,
@@ -46,7 +46,7 @@ static inline void assert_ok_(pd_status status, const char *text, const char *fi
     _fail(file, line);
 }
 
-/* ---- clouds -------------------------------------------------------------------------- */
+/* ---- clouds ---- */
 
 typedef struct {
     int d;
@@ -105,7 +105,7 @@ static inline void points_free(points *cloud)
     *cloud = (points){0};
 }
 
-/* ---- bodies -------------------------------------------------------------------------- */
+/* ---- bodies ---- */
 
 /* A value that the parameter's bounds allow. */
 static inline double some_value(const pd_parameter *p)
@@ -130,7 +130,8 @@ static inline pd_body_options options_of(int d, double horizon_ratio)
     return options;
 }
 
-static inline pd_body *body_with_holds(const points *cloud, const pd_body_options *options,
+static inline pd_body *body_with_holds(const points *cloud,
+                                       const pd_body_options *options,
                                        const unsigned char *held)
 {
     pd_body *body = NULL;
@@ -165,7 +166,7 @@ static inline pd_local place_of(const pd_body *body, pd_global id)
     return -1;
 }
 
-/* ---- maps ---------------------------------------------------------------------------- */
+/* ---- maps ---- */
 
 /* y = A X + b; in two dimensions the first two rows and columns count. */
 typedef struct {

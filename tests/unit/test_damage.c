@@ -50,7 +50,7 @@ static void pull_apart(pd_body *body, double x)
     assert_ok(pd_body_forces(body));
 }
 
-/* ---- when a bond breaks -------------------------------------------------------------- */
+/* ---- when a bond breaks ---- */
 
 /* Lattice 5 x 4 of spacing 1 whose lengths and stretches are exact: families are the
  * four nearest, 4 x 4 of 31 bonds along x. */
@@ -144,7 +144,7 @@ static void bonds_without_critical_stretch_hold(void **state)
     points_free(&cloud);
 }
 
-/* ---- softening ----------------------------------------------------------------------- */
+/* ---- softening ---- */
 
 static void halves_apart_exert_no_force(void **state)
 {
@@ -201,7 +201,7 @@ static void half_a_body_is_like_a_body_of_its_own(void **state)
     }
 }
 
-/* ---- points that carry no stress ----------------------------------------------------- */
+/* ---- points that carry no stress ---- */
 
 static void point_torn_out_carries_no_stress(void **state)
 {
@@ -283,7 +283,7 @@ static void isolated_point_stays_without_stress(void **state)
     points_free(&cloud);
 }
 
-/* ---- inverted points ----------------------------------------------------------------- */
+/* ---- inverted points ---- */
 
 static const affine mirror = {{-1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}};
 
@@ -365,7 +365,7 @@ static void flat_point_counts_as_inverted(void **state)
     points_free(&cloud);
 }
 
-/* ---- local damage -------------------------------------------------------------------- */
+/* ---- local damage ---- */
 
 /* Lattice 8 x 7, 12 neighbours: of a point beside the plane (1,-1), (1,0), (1,1), (2,0)
  * are beyond it, of a point behind that (2,0). */
@@ -400,8 +400,8 @@ static void local_damage_of_an_isolated_point_is_one(void **state)
 }
 
 /* The first column's points have volume 1, the others 2; it is cut off. Of its middle
- * point two neighbours of volume 1 stay, three of volume 2 go: the horizon between the two
- * kinds, 1.5 (1 + sqrt 2)/2 = 1.8, reaches the next column with its diagonals. */
+ * point two neighbours of volume 1 stay, three of volume 2 go: the horizon between the
+ * two kinds, 1.5 (1 + sqrt 2)/2 = 1.8, reaches the next column with its diagonals. */
 static void local_damage_counts_volumes(void **state)
 {
     points cloud = lattice(2, 4, 3, 1, 1);
@@ -417,7 +417,7 @@ static void local_damage_counts_volumes(void **state)
     points_free(&cloud);
 }
 
-/* ---- pre-cracks ---------------------------------------------------------------------- */
+/* ---- pre-cracks ---- */
 
 /* Does the bond a-b meet the plane x = cut with its other coordinates between low and
  * high? */
@@ -483,7 +483,45 @@ static void crack_into_a_plate_breaks_9_bonds(void **state)
     points_free(&cloud);
 }
 
-/* 8 x 6 points a layer, families of 18: 48 straight bonds, 2 x (7 x 6 + 8 x 5) oblique. */
+static int64_t bonds_broken_by(const pd_rectangle *crack)
+{
+    points cloud = lattice(2, 10, 8, 1, 0.1);
+    const pd_body_options options = options_of(2, 1.5);
+    pd_body *body = body_of(&cloud, &options);
+    assert_ok(pd_body_precrack(body, crack));
+    const int64_t broken = pd_body_summary(body).broken_bonds;
+    pd_body_destroy(body);
+    points_free(&cloud);
+    return broken;
+}
+
+/* The row at 0.35 is met, or missed by 1e-6 of the crack's length. */
+static void crack_that_touches_a_bond_breaks_it(void **state)
+{
+    const pd_rectangle touches = {.corner = {0.5, -1}, .edge1 = {0, 1.35}};
+    const pd_rectangle misses = {.corner = {0.5, -1}, .edge1 = {0, 1.35 - 1e-6}};
+    assert_int_equal(bonds_broken_by(&touches), 10);
+    assert_int_equal(bonds_broken_by(&misses), 9);
+}
+
+/* Through the column at 0.45 it cuts that off on both sides; 1e-6 beside it, on one. */
+static void crack_through_points_breaks_the_bonds_of_both_sides(void **state)
+{
+    const pd_rectangle touches = {.corner = {0.45, -1}, .edge1 = {0, 3}};
+    const pd_rectangle misses = {.corner = {0.45 - 1e-6, -1}, .edge1 = {0, 3}};
+    assert_int_equal(bonds_broken_by(&touches), 44);
+    assert_int_equal(bonds_broken_by(&misses), 22);
+}
+
+static void third_components_of_a_crack_are_ignored_in_the_plane(void **state)
+{
+    const pd_rectangle crack = {
+        .corner = {0.5, -1, 7}, .edge1 = {0, 3, -4}, .edge2 = {1, 2, 0}};
+    assert_int_equal(bonds_broken_by(&crack), 22);
+}
+
+/* 8 x 6 points a layer, families of 18: 48 straight bonds and 2 (7 x 6 + 8 x 5) oblique
+ * ones. */
 static void crack_through_a_block_breaks_212_bonds(void **state)
 {
     points cloud = lattice(3, 6, 8, 6, 0.1);
@@ -610,7 +648,7 @@ static void degenerate_crack_is_refused(void **state)
     points_free(&cloud);
 }
 
-/* ---- pieces -------------------------------------------------------------------------- */
+/* ---- pieces ---- */
 
 static void whole_body_is_one_piece(void **state)
 {
@@ -699,6 +737,9 @@ int main(void)
         cmocka_unit_test(local_damage_counts_volumes),
         cmocka_unit_test(crack_through_a_plate_breaks_22_bonds),
         cmocka_unit_test(crack_into_a_plate_breaks_9_bonds),
+        cmocka_unit_test(crack_that_touches_a_bond_breaks_it),
+        cmocka_unit_test(crack_through_points_breaks_the_bonds_of_both_sides),
+        cmocka_unit_test(third_components_of_a_crack_are_ignored_in_the_plane),
         cmocka_unit_test(crack_through_a_block_breaks_212_bonds),
         cmocka_unit_test(crack_into_a_block_breaks_what_crosses_it),
         cmocka_unit_test(crack_at_a_slant_parts_the_plate),

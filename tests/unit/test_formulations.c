@@ -16,7 +16,7 @@
  * 1e-16 m each; families at corners lose a factor of ten more in K^-1. */
 #define ROUNDING 1e-12
 
-/* ---- samples ------------------------------------------------------------------------- */
+/* ---- samples ---- */
 
 typedef struct {
     const pd_formulation *formulation;
@@ -83,7 +83,7 @@ static double sum_of_volumes(const sample *s)
     return sum;
 }
 
-/* ---- no deformation ------------------------------------------------------------------ */
+/* ---- no deformation ---- */
 
 static void rest_is_free_of_force(void **state)
 {
@@ -123,7 +123,7 @@ static void rotation_costs_no_energy(void **state)
                 ROUNDING * s->force_scale * SPACING * sum_of_volumes(s));
 }
 
-/* ---- affine maps --------------------------------------------------------------------- */
+/* ---- affine maps ---- */
 
 static bool corresponds(const sample *s)
 {
@@ -154,9 +154,9 @@ static void energy_of_affine_map_is_density_times_volume(void **state)
     double F[9];
     for (int c = 0; c < s->d * s->d; c++)
         F[c] = map.A[3 * (c / s->d) + c % s->d];
-    const double expected = sum_of_volumes(s) *
-                            s->material->energy(s->options.parameters, s->d, F,
-                                                determinant3(map.A));
+    const double expected =
+        sum_of_volumes(s) *
+        s->material->energy(s->options.parameters, s->d, F, determinant3(map.A));
     assert_near(pd_body_summary(s->body).strain_energy, expected, ROUNDING * expected);
 }
 
@@ -183,7 +183,7 @@ static void interior_of_affine_map_is_balanced(void **state)
     points_free(&cloud);
 }
 
-/* ---- balances ------------------------------------------------------------------------ */
+/* ---- balances ---- */
 
 static const double wave_amplitude = 0.1 * SPACING; /* strains of 0.1, all J > 0.5 */
 
@@ -292,7 +292,7 @@ static void mirror_image_has_mirrored_forces(void **state)
     points_free(&image);
 }
 
-/* ---- against the reference ----------------------------------------------------------- */
+/* ---- against the reference ---- */
 
 static bool has_reference(const sample *s)
 {
@@ -314,8 +314,8 @@ static reference_body *reference_of(const sample *s)
     return reference;
 }
 
-static void assert_point_agrees(const sample *s, pd_local p, const reference_body *reference,
-                                double tolerance)
+static void assert_point_agrees(const sample *s, pd_local p,
+                                const reference_body *reference, double tolerance)
 {
     const int d = s->d;
     const size_t i = (size_t)s->view.id[p];
@@ -391,14 +391,15 @@ static void torn_body_agrees_with_reference(void **state)
         body_move(s->body, tear, &opening);
         assert_agreement(s, reference, 1e-8);
         const pd_summary summary = pd_body_summary(s->body);
-        assert_true(summary.broken_bonds >= broken && summary.broken_bonds < summary.bonds);
+        assert_true(summary.broken_bonds >= broken &&
+                    summary.broken_bonds < summary.bonds);
         broken = summary.broken_bonds;
     }
     assert_true(broken > 0);
     reference_free(reference);
 }
 
-/* ---- all checks of all samples ------------------------------------------------------- */
+/* ---- all checks of all samples ---- */
 
 typedef struct {
     const char *name;
@@ -416,7 +417,8 @@ static const check checks[] = {
      gradient_of_affine_map_is_exact_everywhere, corresponds},
     {"energy of affine map is density times volume",
      energy_of_affine_map_is_density_times_volume, corresponds},
-    {"interior of affine map is balanced", interior_of_affine_map_is_balanced, is_lattice},
+    {"interior of affine map is balanced", interior_of_affine_map_is_balanced,
+     is_lattice},
     {"forces sum to nothing", forces_sum_to_nothing, NULL},
     {"couples sum to nothing", couples_sum_to_nothing, NULL},
     {"force is minus the derivative of the energy",
@@ -463,16 +465,18 @@ int main(void)
 {
     const size_t n = list_samples(NULL);
     sample *samples = calloc(n, sizeof *samples);
+    struct CMUnitTest *all = calloc(n * CHECKS, sizeof *all);
+    test_name *names = calloc(n * CHECKS, sizeof *names);
     list_samples(samples);
-    int failures = 0;
-    for (size_t k = 0; k < n; k++) {
-        struct CMUnitTest all[CHECKS];
-        test_name names[CHECKS];
-        const size_t applicable = list_tests(&samples[k], all, names);
-        struct CMUnitTest tests[applicable];
-        memcpy(tests, all, sizeof tests);
-        failures += cmocka_run_group_tests(tests, NULL, NULL);
-    }
+    size_t count = 0;
+    for (size_t k = 0; k < n; k++)
+        count += list_tests(&samples[k], all + count, names + count);
+
+    struct CMUnitTest tests[count]; /* cmocka takes an array, no pointer */
+    memcpy(tests, all, sizeof tests);
+    const int failures = cmocka_run_group_tests(tests, NULL, NULL);
     free(samples);
+    free(all);
+    free(names);
     return failures;
 }

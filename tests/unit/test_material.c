@@ -12,7 +12,7 @@
 static const double unit[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static const double twisted[9] = {1.21, 0.17, -0.05, -0.08, 0.93, 0.11, 0.13, 0.04, 1.06};
 
-/* ---- one deformation gradient -------------------------------------------------------- */
+/* ---- one deformation gradient ---- */
 
 /* Rows and columns of the plane. */
 static void to_plane(const double *T, double *plane)
@@ -54,9 +54,10 @@ static void multiply(int d, const double *A, const double *B, double *AB)
         }
 }
 
-/* ---- every material ------------------------------------------------------------------ */
+/* ---- every material ---- */
 
-/* A material at allowed parameters, in two or three dimensions, deformed without symmetry. */
+/* A material at allowed parameters, in two or three dimensions, deformed without
+ * symmetry. */
 typedef struct {
     const pd_material *material;
     int d;
@@ -84,7 +85,7 @@ static void stress_of_specimen(const specimen *s, const double *F, double *P)
     stress_of(s->material, s->parameters, s->d, F, P);
 }
 
-/* ---- closed forms -------------------------------------------------------------------- */
+/* ---- closed forms ---- */
 
 static void kappa_follows_from_numerical_poisson_ratio(void **state)
 {
@@ -158,7 +159,7 @@ static void longitudinal_modulus_is_kappa_and_four_thirds_G(void **state)
                 ROUNDING);
 }
 
-/* ---- what every material keeps ------------------------------------------------------- */
+/* ---- what every material keeps ---- */
 
 static void check_rest(const specimen *s)
 {
@@ -306,7 +307,7 @@ static void many_points_are_stressed_as_one_by_one(void **state)
     for_every_specimen(check_batch);
 }
 
-/* ---- the table ----------------------------------------------------------------------- */
+/* ---- the table ---- */
 
 static void materials_are_found_by_name(void **state)
 {

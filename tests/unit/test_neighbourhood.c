@@ -5,7 +5,7 @@
  */
 #include "lattice.h"
 
-/* ---- families against all pairs ------------------------------------------------------ */
+/* ---- families against all pairs ---- */
 
 static double distance(const points *cloud, size_t i, size_t j)
 {
@@ -121,7 +121,7 @@ static void bond_as_long_as_the_horizon_is_in(void **state)
     points_free(&cloud);
 }
 
-/* ---- counts -------------------------------------------------------------------------- */
+/* ---- counts ---- */
 
 /* Integer vectors other than 0 no longer than the ratio. */
 static int count_by_definition(int d, double ratio)
@@ -163,7 +163,7 @@ static void interior_point_has_28_neighbours_at_3_015_spacings(void **state)
     assert_int_equal(count_in_the_middle(2, 3.015), 28);
 }
 
-/* ---- families that do not span space ------------------------------------------------- */
+/* ---- families that do not span space ---- */
 
 static pd_status refusal(const points *cloud, double ratio)
 {
@@ -212,7 +212,7 @@ static void point_apart_is_named(void **state)
     points_free(&cloud);
 }
 
-/* ---- held points --------------------------------------------------------------------- */
+/* ---- held points ---- */
 
 /* Columns 0 to 5 of ten are held; a horizon of 2.015 spacings reaches columns 4 and 5. */
 static void held_points_out_of_reach_keep_no_family(void **state)
@@ -246,9 +246,9 @@ static void held_point_beside_moving_ones_keeps_its_whole_family(void **state)
     points_free(&cloud);
 }
 
-/* ---- influence and volume correction ------------------------------------------------- */
+/* ---- influence and volume correction ---- */
 
-/* By hand: C (2/3 - r^2 + r^3/2), then C (2 - r)^3 / 6. Within rounding of a few terms. */
+/* C (2/3 - r^2 + r^3/2), then C (2 - r)^3 / 6, by hand. Rounding of a few terms. */
 static void influence_has_the_values_of_the_spline(void **state)
 {
     const double pi = acos(-1), C2 = 15 / (7 * pi), C3 = 3 / (2 * pi), rounding = 1e-15;
@@ -285,7 +285,7 @@ static void influence_integrates_to_one(void **state)
     assert_near(space, 1, 1e-6);
 }
 
-/* Horizon 0.6, spacing 0.2: whole up to 0.5, half at 0.6. Within rounding of three terms. */
+/* Horizon 0.6, spacing 0.2: whole up to 0.5, half at 0.6. Rounding of three terms. */
 static void volume_fraction_falls_from_one_to_a_half(void **state)
 {
     assert_near(pd_volume_fraction(0.2, 0.6, 0.2), 1, 0);
