@@ -37,12 +37,14 @@ def lab(rgb):
 
 
 def part_of(name, end, uniform):
-    """One of matplotlib's maps up to `end`; uniform: in steps that look equally large."""
-    rgb = matplotlib.colormaps[name](np.linspace(0, end, 256))[:, :3]
+    """One of matplotlib's maps up to `end`; uniform: smooth, its steps equal to the eye."""
+    even = np.linspace(0, 1, 256)
+    rgb = matplotlib.colormaps[name](end * even)[:, :3]
     if uniform:
+        fits = [np.polyfit(even, channel, 3) for channel in rgb.T]
+        rgb = np.clip(np.column_stack([np.polyval(fit, even) for fit in fits]), 0, 1)
         way = np.cumsum(np.linalg.norm(np.diff(lab(rgb), axis=0), axis=1))
         way = np.concatenate([[0], way]) / way[-1]
-        even = np.linspace(0, 1, len(rgb))
         rgb = np.column_stack([np.interp(even, way, channel) for channel in rgb.T])
     return ListedColormap(rgb)
 
@@ -130,6 +132,7 @@ class View:
         view.UseColorPaletteForBackground = 0
         view.Background = [1, 1, 1]
         view.OrientationAxesVisibility = 0
+        view.UseFXAA = 0
         left, right, bottom, top = run.window
         centre = [(left + right) / 2, (bottom + top) / 2]
         view.CameraParallelProjection = 1
@@ -238,7 +241,7 @@ class Sheet:
         unit = " (%s/s)" % length if length else ""
         for centre, colours, high, text, extend in (
             (0.27, SPEED, run.top_speed, "speed of the fluid" + unit, "max"),
-            (0.73, DAMAGE, 1, "damage: broken share of a point's bonds", "neither"),
+            (0.73, DAMAGE, 1, "damage (share of broken bonds)", "neither"),
         ):
             place = axes(
                 centre * all_wide - bar_wide / 2,
@@ -303,6 +306,8 @@ def main(folder, out, strip_times, length):
     )
     for i, time in enumerate(run.times):
         sheet.draw([time], os.path.join(out, "frame_%03d.png" % i))
+        if (i + 1) % 10 == 0:
+            print("render: %d of %d frames" % (i + 1, len(run.times)), flush=True)
 
     if strip_times:
         chosen = run.written([float(time) for time in strip_times.split(",")])
