@@ -1,4 +1,7 @@
-"""Draws a run; scripts/render calls it: pvbatch render.py <run> <out> times=... length=..."""
+"""Draws a run for scripts/render: pvbatch render.py <run> <out> times=... length=...
+
+ParaView draws what is inside the panels, without any text; matplotlib lays them out.
+"""
 
 import os
 import sys
@@ -10,13 +13,14 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.ticker import MaxNLocator
 from paraview import simple
 from vtk.util.numpy_support import vtk_to_numpy
 
 from writtenRun import arrays, sources, spacing, times_and_bodies
 
-FRAME_HEIGHT = 720  # of the panel of a frame, pixels
-STRIP_WIDTH = 1800  # of the whole strip, pixels
+FRAME_HEIGHT, FRAME_FONT = 720, 26  # of the panel of a frame, pixels
+STRIP_WIDTH, STRIP_FONT = 1800, 32  # of the whole strip, pixels
 STRIP_PANELS = 6
 ARROW_STEP = 48  # between arrows, pixels
 MARGIN = 0.3  # around the bodies, of their length
@@ -33,7 +37,8 @@ def lab(rgb):
         [[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]]
     )
     f = np.cbrt(xyz / [0.9505, 1, 1.089])
-    return np.column_stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])])
+    x, y, z = f.T
+    return np.column_stack([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
 def part_of(name, end, uniform):
@@ -68,8 +73,8 @@ def transfer_function(field, colours, low, high):
 
 def round_up(value):
     """The next of 1, 1.5, 2, 3, 4, 5, 6, 8, 10 times a power of ten."""
-    power = 10 ** np.floor(np.log10(value))
-    return next(s * power for s in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if s * power > value * 0.999)
+    steps = np.array([1, 1.5, 2, 3, 4, 5, 6, 8, 10, 15]) * 10 ** np.floor(np.log10(value))
+    return next(step for step in steps if step > value)
 
 
 class Run:
@@ -93,7 +98,7 @@ class Run:
             spacing(*arrays(body, self.times[0], "displacement")) for body in self.bodies
         ]
         # A jet through a tear, fast and short, does not set the range alone.
-        self.top_speed = round_up(max(0.7 * max(fast), 1e-30))
+        self.top_speed = round_up(max(0.85 * max(fast), 1e-30))
         self.front = mesh[:, 2].max()
         self.window = self.window_around(np.min(low, axis=0), np.max(high, axis=0), mesh)
 
@@ -105,15 +110,17 @@ class Run:
         return low[0], high[0], low[1], high[1]
 
     def telling_times(self, n):
-        """n times or fewer: even steps, or one before, the tearing and the end."""
-        times, damage = np.array(self.times), np.array(self.damage)
-        if damage[-1] > 0:
-            begin, end = (times[damage >= part * damage[-1]][0] for part in (0.02, 0.98))
-            tearing = np.linspace(begin, end, n - 2 if end < times[-1] else n - 1)
-            wanted = [begin / 2, *tearing, times[-1]]
+        """n times or fewer: before, during and after the tearing, or in even steps."""
+        times, damage = np.array(self.times), np.array(self.damage) - self.damage[0]
+        last = times[-1]
+        if damage[-1] <= 0:
+            return self.written(np.linspace(0, last, n + 1)[1:])
+        begin, end = (times[damage >= part * damage[-1]][0] for part in (0.02, 0.98))
+        if end < last:
+            tearing = [*np.linspace(begin, end, n - 3), (end + last) / 2, last]
         else:
-            wanted = np.linspace(0, times[-1], n + 1)[1:]
-        return self.written(wanted)
+            tearing = np.linspace(begin, last, n - 1)
+        return self.written([begin / 2, *tearing])
 
     def written(self, wanted):
         """The write times nearest to the wanted ones, each once."""
@@ -154,8 +161,6 @@ class View:
             points.Position = [0, 0, run.front]
             simple.ColorBy(points, ("POINTS", "damage"))
             points.LookupTable = transfer_function("damage", DAMAGE, 0, 1)
-        for bar in ("U", "damage"):
-            simple.HideScalarBarIfNotNeeded(simple.GetColorTransferFunction(bar), view)
 
     def picture(self, time, width, height):
         """[height, width, 3], drawn twice as large to smooth the edges."""
@@ -189,7 +194,8 @@ class Arrows:
         )
         mesh, _ = arrays(run.fluid, run.times[0], "U")
         self.nearest = [
-            np.hypot(mesh[:, 0] - x, mesh[:, 1] - y).argmin() for x, y in zip(self.x, self.y)
+            np.hypot(mesh[:, 0] - x, mesh[:, 1] - y).argmin()
+            for x, y in zip(self.x, self.y)
         ]
 
     def at(self, time):
@@ -219,78 +225,78 @@ class Sheet:
     def __init__(self, run, view, columns, rows, width, height, font, length):
         """width, height: of a panel; font: its height; all in pixels."""
         self.run, self.view, self.arrows = run, view, Arrows(run, height)
-        self.size = width, height
+        self.panel_size = width, height
+        self.font, self.points = font, 0.72 * font
+        pyplot.rcParams["font.size"] = self.points
         gap, label, bars = round(0.6 * font), round(1.9 * font), round(4.4 * font)
-        all_wide = columns * (width + gap) + gap
-        all_high = rows * (height + label) + bars
-        all_wide, all_high = (n + n % 2 for n in (all_wide, all_high))  # as films want it
-        self.figure = pyplot.figure(figsize=(all_wide / 100, all_high / 100), dpi=100)
-        pyplot.rcParams["font.size"] = self.points = 0.72 * font
-
-        def axes(left, top, wide, high):
-            return self.figure.add_axes(
-                [left / all_wide, 1 - (top + high) / all_high, wide / all_wide, high / all_high]
-            )
+        all_size = columns * (width + gap) + gap, rows * (height + label) + bars
+        self.all_size = np.array([n + n % 2 for n in all_size])  # even, as films want it
+        self.figure = pyplot.figure(figsize=self.all_size / 100, dpi=100)
 
         self.panels = [
-            self.panel(axes(gap + c * (width + gap), label + r * (height + label), width, height))
+            self.panel(gap + c * (width + gap), label + r * (height + label))
             for r in range(rows)
             for c in range(columns)
         ]
-        bar_wide = min(0.4 * all_wide, 26 * font)
-        unit = " (%s/s)" % length if length else ""
-        for centre, colours, high, text, extend in (
-            (0.27, SPEED, run.top_speed, "speed of the fluid" + unit, "max"),
-            (0.73, DAMAGE, 1, "damage (share of broken bonds)", "neither"),
-        ):
-            place = axes(
-                centre * all_wide - bar_wide / 2,
-                rows * (height + label) + 2.0 * font,
-                bar_wide,
-                0.7 * font,
-            )
-            bar = self.figure.colorbar(
-                ScalarMappable(Normalize(0, high), colours),
-                cax=place,
-                orientation="horizontal",
-                extend=extend,
-                ticks=np.linspace(0, high, 6),
-            )
-            bar.ax.xaxis.set_major_formatter("{x:.3g}")
-            bar.ax.tick_params(labelsize=0.9 * self.points, colors=INK, length=0.2 * font)
-            bar.outline.set_edgecolor(INK)
-            bar.ax.set_title(text, fontsize=self.points, color=INK, pad=0.25 * font)
+        speed = "speed of the fluid" + (" (%s/s)" % length if length else "")
+        below = rows * (height + label) + 2 * font
+        self.colour_bar(0.27, below, SPEED, run.top_speed, speed, "max")
+        self.colour_bar(0.73, below, DAMAGE, 1, "damage (broken bonds)", "neither")
 
-    def panel(self, axes):
-        left, right, bottom, top = self.run.window
+    def axes(self, left, top, width, height):
+        """Axes at a place in pixels from the upper left corner."""
+        corner = np.array([left, self.all_size[1] - top - height])
+        size = np.array([width, height])
+        return self.figure.add_axes([*corner / self.all_size, *size / self.all_size])
+
+    def colour_bar(self, centre, top, colours, high, text, extend):
+        """centre: as a part of the figure's width."""
+        all_wide = self.all_size[0]
+        width = min(0.4 * all_wide, 26 * self.font)
+        bar = self.figure.colorbar(
+            ScalarMappable(Normalize(0, high), colours),
+            cax=self.axes(centre * all_wide - width / 2, top, width, 0.7 * self.font),
+            orientation="horizontal",
+            extend=extend,
+            ticks=MaxNLocator(6, steps=[1, 2, 5, 10]),
+        )
+        bar.outline.set_edgecolor(INK)
+        bar.ax.xaxis.set_major_formatter("{x:.3g}")
+        bar.ax.tick_params(labelsize=0.9 * self.points, colors=INK, length=0.2 * self.font)
+        bar.ax.set_title(text, fontsize=self.points, color=INK, pad=0.25 * self.font)
+
+    def panel(self, left, top):
+        width, height = self.panel_size
+        axes = self.axes(left, top, width, height)
         axes.set_xticks([])
         axes.set_yticks([])
         for side in axes.spines.values():
             side.set_edgecolor("#808080")
-        blank = np.zeros((self.size[1], self.size[0], 3), np.uint8)
+        blank = np.zeros((height, width, 3), np.uint8)
         image = axes.imshow(blank, extent=self.run.window, interpolation="nearest")
         quiver = axes.quiver(
             self.arrows.x, self.arrows.y, 0 * self.arrows.x, 0 * self.arrows.y,
             pivot="mid", angles="xy", scale_units="xy", scale=1, units="dots",
             width=2, headwidth=4, headlength=4.5, headaxislength=4, minlength=0.6,
             color="#10305a", alpha=0.5,
-        )  # fmt: skip
-        axes.set_xlim(left, right)
-        axes.set_ylim(bottom, top)
+        )
+        axes.set_xlim(self.run.window[:2])
+        axes.set_ylim(self.run.window[2:])
         return axes, image, quiver
 
     def draw(self, times, path):
         for (axes, image, quiver), time in zip(self.panels, times):
-            image.set_data(self.view.picture(time, *self.size))
+            image.set_data(self.view.picture(time, *self.panel_size))
             quiver.set_UVC(*self.arrows.at(time)[2:])
             axes.set_title(
                 "t = %s s" % self.label(time),
                 loc="left", fontsize=1.05 * self.points, color=INK, pad=0.35 * self.points,
-            )  # fmt: skip
-        self.figure.savefig(path, facecolor="white")
+            )
+        self.figure.savefig(path, facecolor="white", pil_kwargs={"compress_level": 4})
 
     def label(self, time):
-        digits = max(0, 2 - int(np.floor(np.log10(self.run.times[-1]))))
+        last = self.run.times[-1] or 1
+        digits = max(0, 2 - int(np.floor(np.log10(last))))
         return "%.*f" % (digits, time)
 
 
@@ -301,9 +307,8 @@ def main(folder, out, strip_times, length):
     left, right, bottom, top = run.window
     aspect = (right - left) / (top - bottom)
 
-    sheet = Sheet(
-        run, view, 1, 1, round(FRAME_HEIGHT * aspect), FRAME_HEIGHT, 26, length
-    )
+    width = round(FRAME_HEIGHT * aspect)
+    sheet = Sheet(run, view, 1, 1, width, FRAME_HEIGHT, FRAME_FONT, length)
     for i, time in enumerate(run.times):
         sheet.draw([time], os.path.join(out, "frame_%03d.png" % i))
         if (i + 1) % 10 == 0:
@@ -313,13 +318,12 @@ def main(folder, out, strip_times, length):
         chosen = run.written([float(time) for time in strip_times.split(",")])
     else:
         chosen = run.telling_times(STRIP_PANELS)
-    columns = min(len(chosen), 3 if aspect < 1.6 else 2)
+    columns = 2 if len(chosen) == 4 or aspect > 1.6 else 3
+    columns = min(len(chosen), columns)
     rows = -(-len(chosen) // columns)
-    font = 32
-    width = (STRIP_WIDTH - round(0.6 * font) * (columns + 1)) // columns
-    sheet = Sheet(
-        run, view, columns, rows, width, round(width / aspect), font, length
-    )
+    width = round(STRIP_WIDTH / columns - 0.8 * STRIP_FONT)
+    height = round(width / aspect)
+    sheet = Sheet(run, view, columns, rows, width, height, STRIP_FONT, length)
     for axes, _, _ in sheet.panels[len(chosen) :]:
         axes.set_visible(False)
     sheet.draw(chosen, os.path.join(out, "strip.png"))

@@ -11,7 +11,8 @@ from vtk.util.numpy_support import vtk_to_numpy
 def times_and_bodies(folder):
     """The write times that hold points, and the names of the bodies they belong to."""
     times, bodies = set(), set()
-    for path in glob.glob(os.path.join(glob.escape(folder), "*", "lagrangian", "*", "damage")):
+    pattern = os.path.join(glob.escape(folder), "*", "lagrangian", "*", "damage")
+    for path in glob.glob(pattern):
         *_, time, _, body, _ = path.split(os.sep)
         try:
             times.add(float(time))
@@ -31,7 +32,7 @@ def sources(folder, bodies):
     regions = ["internalMesh"] + ["lagrangian/" + body for body in bodies]
     reader.MeshRegions = regions
     reader.CellArrays = ["U"]
-    reader.LagrangianArrays = ["displacement", "damage", "held"]
+    reader.LagrangianArrays = ["displacement", "damage"]
     blocks = []
     for region in regions:
         block = simple.ExtractBlock(Input=reader)
@@ -52,6 +53,6 @@ def arrays(source, time, *fields):
 
 
 def spacing(position, displacement):
-    """The distance of the first point to its nearest neighbour, before any motion."""
+    """The distance of the first point to its nearest neighbour in the body at rest."""
     reference = position - displacement
     return np.linalg.norm(reference[1:] - reference[0], axis=1).min()

@@ -34,6 +34,20 @@ void writeVector(Ostream& os, const vector& v)
     os << tab << v.x() << tab << v.y() << tab << v.z();
 }
 
+//- A number for people
+word brief(const scalar value)
+{
+    OStringStream os;
+    os.precision(4);
+    os << value;
+    return os.str();
+}
+
+string brief(const vector& v)
+{
+    return "(" + brief(v.x()) + " " + brief(v.y()) + " " + brief(v.z()) + ")";
+}
+
 //- A field over cells, written to the current time
 void writeCellField
 (
@@ -90,8 +104,8 @@ void Foam::functionObjects::peridynamics::announce() const
             << ", horizon " << o.horizon_ratio << " spacings, "
             << (o.critical_stretch > 0 ? "can break" : "cannot break") << nl;
     }
-    Info<< "    stable step " << stableStep_ << " s, deltaT "
-        << time_.deltaTValue() << " s" << nl << endl;
+    Info<< "    stable step " << brief(stableStep_) << " s, deltaT "
+        << brief(time_.deltaTValue()) << " s" << nl << endl;
 }
 
 
@@ -110,7 +124,8 @@ void Foam::functionObjects::peridynamics::createFiles()
             {
                 "mean(J-1)", "sum((J-1)V)", "min(J)", "max(J)",
                 "kineticEnergy", "strainEnergy", "maxSpeed",
-                "bonds", "brokenBonds", "singular", "inverted", "freePieces"
+                "bonds", "brokenBonds", "singular", "inverted",
+                "pieces", "freePieces"
             }
         )
         {
@@ -156,6 +171,7 @@ void Foam::functionObjects::peridynamics::createFiles()
     }
     costFile_() << endl;
 
+    pieces_.resize(bodies_.size(), 0);
     freePieces_.resize(bodies_.size(), 0);
     brokenThen_.resize(bodies_.size(), 0);
     forAll(bodies_, i)
@@ -181,7 +197,7 @@ void Foam::functionObjects::peridynamics::lookForPieces
     // A piece is free when none of its points is held
     labelList piece;
     const label n = body.pieces(piece);
-    List<bool> held(n, false);
+    boolList held(n, false);
     for (label p = body.nMoving(); p < body.view().n_active; ++p)
     {
         held[piece[p]] = true;
@@ -195,23 +211,45 @@ void Foam::functionObjects::peridynamics::lookForPieces
         volume[piece[p]] += body.volume(p);
         centre[piece[p]] += body.volume(p)*body.position(p);
     }
-    label freePieces = 0, largest = -1;
+
+    // Held points alone are no piece of what moves
+    label pieces = 0, freePieces = 0, largest = -1;
     for (label i = 0; i < n; ++i)
     {
+        pieces += volume[i] > 0;
         if (!held[i])
         {
             ++freePieces;
             largest = largest < 0 || volume[i] > volume[largest] ? i : largest;
         }
     }
+    if (pieces > pieces_[bodyi] && broken >= 0)
+    {
+        Info<< type() << " " << name() << ": at t = " << brief(time_.value())
+            << " s "
+            << body.name() << " is in " << pieces << " pieces:";
+        labelList order;
+        sortedOrder(volume, order, UList<scalar>::greater(volume));
+        for (label k = 0; k < min(pieces, label(3)); ++k)
+        {
+            const label i = order[k];
+            Info<< (k ? "; " : " ") << brief(100*volume[i]/all)
+                << " % of its volume, centred at "
+                << brief(centre[i]/volume[i]).c_str() << ", " << (held[i] ? "held" : "free");
+        }
+        Info<< endl;
+    }
     if (freePieces > freePieces_[bodyi] && broken >= 0)
     {
-        Info<< type() << " " << name() << ": at t = " << time_.value() << " s "
+        Info<< type() << " " << name() << ": at t = " << brief(time_.value())
+            << " s "
             << body.name() << " has " << freePieces
-            << " pieces that nothing holds, the largest with "
-            << 100*volume[largest]/all << " % of its volume, centred at "
-            << centre[largest]/volume[largest] << endl;
+            << (freePieces == 1 ? " piece" : " pieces")
+            << " that nothing holds, the largest with "
+            << brief(100*volume[largest]/all) << " % of its volume, centred at "
+            << brief(centre[largest]/volume[largest]).c_str() << endl;
     }
+    pieces_[bodyi] = pieces;
     freePieces_[bodyi] = freePieces;
 }
 
@@ -230,7 +268,7 @@ void Foam::functionObjects::peridynamics::writeRows()
             << tab << s.largest_speed
             << tab << label(s.bonds) << tab << label(s.broken_bonds)
             << tab << label(s.singular) << tab << label(s.inverted)
-            << tab << freePieces_[i] << endl;
+            << tab << pieces_[i] << tab << freePieces_[i] << endl;
     }
     for (probePoint& p : probes_)
     {
@@ -275,18 +313,23 @@ void Foam::functionObjects::peridynamics::reportProgress() const
     const scalar left = max(time_.endTime().value() - time_.value(), 0);
     const scalar percent = 100/wall;
 
-    Info<< type() << " " << name() << ": t = " << time_.value()
+    Info<< type() << " " << name() << ": t = " << brief(time_.value())
         << " s, step " << time_.timeIndex()
-        << ", stable step/deltaT " << stableStep_/time_.deltaTValue()
+        << ", stable step/deltaT " << brief(stableStep_/time_.deltaTValue())
         << ", broken bonds " << label(broken) << " of " << label(bonds)
         << ", points without stress " << label(idle)
-        << ", volume change " << (volume > 0 ? 100*change/volume : 0) << " %"
-        << ", wall time " << wall << " s: solid " << percent*solidSeconds_
-        << " %, transfer " << percent*transferSeconds_
-        << " %, output " << percent*outputSeconds_
+        << ", volume change " << brief(volume > 0 ? 100*change/volume : 0) << " %"
+        << ", wall time " << brief(wall)
+        << " s: solid " << brief(percent*solidSeconds_)
+        << " %, transfer " << brief(percent*transferSeconds_)
+        << " %, output " << brief(percent*outputSeconds_)
         << " %, flow "
-        << 100 - percent*(solidSeconds_ + transferSeconds_ + outputSeconds_)
-        << " %; still to go " << (run > 0 ? wall*left/run : 0) << " s"
+        << brief
+           (
+               100
+             - percent*(solidSeconds_ + transferSeconds_ + outputSeconds_)
+           )
+        << " %; still to go " << brief(run > 0 ? wall*left/run : 0) << " s"
         << nl << endl;
 }
 

@@ -100,7 +100,6 @@ public:
                 Info<< "FAIL " << r.what.c_str() << ": " << r.who.c_str()
                     << ": " << r.value << ", at most " << r.bound << nl;
             }
-            Info<< "# " << r.what.c_str() << " " << r.who.c_str() << " " << r.value << " / " << r.bound << nl;
         }
         return failed;
     }
@@ -537,7 +536,9 @@ class bench
                 value = max(value, mag(error[p]));
             }
         }
-        check(what, value, rounding);
+        // Where the samples determine only the constant field, their weights
+        // can be up to ten, and of either sign
+        check(what, value, constant ? 10*rounding : rounding);
     }
 
 
@@ -622,7 +623,8 @@ public:
         label few = 0;
         forAll(x_, p)
         {
-            few += kernel_.halfWidth >= 2 && !determined(p);
+            few += kernel_.halfWidth >= 2
+                && expected_[p].condition > 10*undetermined;
         }
         check("four cells determine a linear field", few, 0);
 
@@ -672,7 +674,9 @@ public:
             }
         }
         checkVelocity("definition", error, false);
-        check("amplification", max(mag(velocity(x_))), 1);
+
+        // An extrapolation by a cell or two at most
+        check("weights are small", max(mag(velocity(x_))), 20);
     }
 
     //- The velocity of the midpoint is the mean of the old and the new one
@@ -728,7 +732,8 @@ public:
         check("total force", mag(total)/size, rounding);
     }
 
-    //- Amounts are spread by positive weights with sum one
+    //- Amounts are spread by positive weights with sum one; those of points
+    //  outside the mesh are left out
     void amounts()
     {
         const reference weights(mesh_, kernel_, false);
@@ -743,6 +748,13 @@ public:
         check("amount kept", mag(sum(cells)/sum(amount) - 1), rounding);
         check("amount not negative", -min(cells), rounding);
         check("amount definition", max(mag(difference)), rounding);
+
+        pointField all(x_);
+        all.append(mesh_.bounds().max() + solved_);
+        amount.append(1);
+        scalarField same;
+        transfer_.spreadAmount(all, amount, same);
+        check("amount outside", max(mag(same - cells)), 0);
     }
 
     //- Velocities do not jump where a path crosses into another cell, nor
@@ -786,17 +798,22 @@ public:
                     }
                     continue;
                 }
-                while (high - low > 1e-10)
+                bool inside = true;
+                while (inside && high - low > 1e-12)
                 {
                     const scalar middle = (low + high)/2;
-                    transfer_.locate(at(middle));
+                    inside = transfer_.locate(at(middle)) < 0;
                     (transfer_.cell()[0] == cell ? low : high) = middle;
+                }
+                if (!inside)
+                {
+                    break;
                 }
                 const vector u(velocity(at(low))[0]);
                 across = max(across, mag(velocity(at(high))[0] - u));
             }
             scalar change = steepest;
-            for (scalar h = 0.5/steps; steepest > 0 && h > 1e-10; h /= 2)
+            for (scalar h = 0.5/steps; steepest > 0 && h > 1e-12; h /= 2)
             {
                 const vector low(velocity(at(from))[0]);
                 const vector middle(velocity(at(from + h))[0]);
