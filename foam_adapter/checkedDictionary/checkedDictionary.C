@@ -8,9 +8,14 @@ License
 
 #include "checkedDictionary.H"
 #include "ITstream.H"
+#include "OSspecific.H"
 #include "OStringStream.H"
 
+#include <cctype>
 #include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 
 // * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
 
@@ -19,14 +24,189 @@ namespace
 
 using namespace Foam;
 
-//- Start a FatalIOError at one line of the file that dict comes from
-OSstream& errorAt(const dictionary& dict, const label line)
+//- Finds the line of a key in the text of a dictionary file. Entries do not
+//  know it: their tokens keep the lines of macros and included files that they
+//  came from, and empty ones have none
+class keyFinder
 {
-    return FatalIOError
-    (
-        "periFoam", __FILE__, __LINE__, dict.topDict().name(), line
-    );
+    const std::string text_;
+    size_t at_;
+    label line_;
+
+    bool starts(const char* what) const
+    {
+        return text_.compare(at_, std::strlen(what), what) == 0;
+    }
+
+    //- Move on by one character
+    char next()
+    {
+        line_ += text_[at_] == '\n';
+        return text_[at_++];
+    }
+
+    //- Move behind the next `what`, or to the end
+    void pass(const char* what)
+    {
+        while (more() && !starts(what))
+        {
+            next();
+        }
+        at_ = min(at_ + std::strlen(what), text_.size());
+    }
+
+    //- Move past a comment or a string, if one starts here
+    bool passOpaque()
+    {
+        const char* end =
+            starts("//") ? "\n" : starts("/*") ? "*/" : starts("#{") ? "#}"
+          : starts("\"") ? "\"" : nullptr;
+        if (end)
+        {
+            next();
+            pass(end);
+            line_ += *end == '\n';
+        }
+        return end;
+    }
+
+    bool more() const
+    {
+        return at_ < text_.size();
+    }
+
+    bool atSpace() const
+    {
+        return std::isspace(static_cast<unsigned char>(text_[at_]));
+    }
+
+    //- Move to what follows spaces and comments
+    void passSpace()
+    {
+        while (more() && (atSpace() ? next() : passOpaque()))
+        {}
+    }
+
+    //- Move behind the ';' of a value, past brackets of all kinds
+    void passValue()
+    {
+        label depth = 0;
+        while (more())
+        {
+            if (passOpaque())
+            {
+                continue;
+            }
+            const char c = next();
+            depth += c == '(' || c == '{' || c == '[';
+            depth -= c == ')' || c == '}' || c == ']';
+            if (c == ';' && depth <= 0)
+            {
+                return;
+            }
+        }
+    }
+
+
+public:
+
+    explicit keyFinder(const fileName& file)
+    :
+        text_([&]
+        {
+            std::ifstream is(file);
+            return std::string(std::istreambuf_iterator<char>(is), {});
+        }()),
+        at_(0),
+        line_(1)
+    {}
+
+    //- Line of the last of these nested keys; -1: they are not in the file
+    label lineOf(const wordList& keys)
+    {
+        label found = -1, depth = 0, matched = 0;
+        for (passSpace(); more(); passSpace())
+        {
+            const label line = line_;
+            if (text_[at_] == '}' || text_[at_] == ';')
+            {
+                depth -= next() == '}';
+                matched = min(matched, depth);
+                continue;
+            }
+            const size_t start = at_;
+            while (more() && !atSpace() && !std::strchr("{};", text_[at_]))
+            {
+                next();
+            }
+            const std::string key(text_, start, at_ - start);
+            if (key[0] == '#')
+            {
+                pass("\n");
+                ++line_;
+                continue;
+            }
+            const bool match =
+                matched == depth && depth < keys.size() && key == keys[depth];
+            if (match && depth + 1 == keys.size())
+            {
+                found = line;
+            }
+            passSpace();
+            if (more() && text_[at_] == '{')
+            {
+                next();
+                ++depth;
+                matched += match;
+            }
+            else
+            {
+                passValue();
+            }
+        }
+        return found;
+    }
+};
+
+//- Keys that lead to a dictionary from the top of its file
+wordList keysTo(const dictionary& dict)
+{
+    if (&dict == &dict.topDict())
+    {
+        return wordList();
+    }
+    wordList keys(keysTo(dict.parent()));
+    for (const entry& e : dict.parent())
+    {
+        if (e.isDict() && &e.dict() == &dict)
+        {
+            keys.append(e.keyword());
+        }
+    }
+    return keys;
 }
+
+//- Start a FatalIOError at the line of a key in dict, or of dict itself
+OSstream& errorAt(const dictionary& dict, const word& key = "")
+{
+    const fileName& file = dict.topDict().name();
+    wordList keys(keysTo(dict));
+    if (!key.empty())
+    {
+        keys.append(key);
+    }
+    label line = keyFinder(file).lineOf(keys);
+    if (!isFile(file))
+    {
+        // The copy of a part of a file: what its tokens say
+        const entry* e = dict.findEntry(key, keyType::LITERAL);
+        line = e ? e->startLineNumber() : dict.startLineNumber();
+    }
+    return FatalIOError("periFoam", __FILE__, __LINE__, file, line);
+}
+
+//- Numbers of this size are as good as infinite: their squares must not be
+constexpr scalar largest = 1e60;
 
 //- The tokens of an entry as the user wrote them
 string valueOf(const entry& e)
@@ -135,7 +315,7 @@ const Foam::entry& Foam::periFoam::checkedDictionary::need
     const entry* e = find(key);
     if (!e)
     {
-        errorAt(dict_, dict_.startLineNumber())
+        errorAt(dict_)
             << "the key '" << key << "' is missing in " << name().c_str()
             << "; allowed: " << allowed.c_str() << exit(FatalIOError);
     }
@@ -149,7 +329,7 @@ void Foam::periFoam::checkedDictionary::refuse
     const string& allowed
 ) const
 {
-    errorAt(dict_, e.startLineNumber())
+    errorAt(dict_, e.keyword())
         << "the key '" << e.keyword() << "' in " << name().c_str()
         << " has the value " << valueOf(e).c_str()
         << "; allowed: " << allowed.c_str() << exit(FatalIOError);
@@ -200,6 +380,10 @@ Foam::scalar Foam::periFoam::checkedDictionary::number
     if (!t.isNumber() || !allowed.holds(t.number()))
     {
         refuse(e, allowed.text());
+    }
+    if (std::fabs(t.number()) >= largest)
+    {
+        refuse(e, allowed.text() + ", below 1e60 in size");
     }
     return t.number();
 }
@@ -283,7 +467,7 @@ Foam::vector Foam::periFoam::checkedDictionary::vectorOf
     const dimensionSet& dimensions
 ) const
 {
-    const string allowed("a vector (x y z) of finite numbers");
+    const string allowed("a vector (x y z) of numbers below 1e60 in size");
     const entry& e = need(key, allowed);
     ITstream& is = stream(e, dimensions, allowed);
     bool good = is.nRemainingTokens() == 5;
@@ -301,7 +485,7 @@ Foam::vector Foam::periFoam::checkedDictionary::vectorOf
         }
         else
         {
-            good = t.isNumber() && std::isfinite(t.number());
+            good = t.isNumber() && std::fabs(t.number()) < largest;
             result[i - 1] = good ? t.number() : 0;
         }
     }
@@ -404,7 +588,7 @@ void Foam::periFoam::checkedDictionary::refuse
 ) const
 {
     const entry* e = find(key);
-    errorAt(dict_, e ? e->startLineNumber() : dict_.startLineNumber())
+    errorAt(dict_, e ? key : word())
         << "the key '" << key << "' in " << name().c_str()
         << " has the value " << (e ? valueOf(*e) : string("(none)")).c_str()
         << "; " << reason.c_str() << exit(FatalIOError);
@@ -419,7 +603,7 @@ void Foam::periFoam::checkedDictionary::finish() const
         {
             wordList allowed(known_);
             inplaceUniqueSort(allowed);
-            errorAt(dict_, e.startLineNumber())
+            errorAt(dict_, e.keyword())
                 << "the key '" << e.keyword() << "' in " << name().c_str()
                 << " is unknown; its value is " << valueOf(e).c_str()
                 << "; allowed: " << listed(allowed).c_str()

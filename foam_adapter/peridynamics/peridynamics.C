@@ -9,7 +9,9 @@ License
 #include "peridynamics.H"
 #include "addToRunTimeSelectionTable.H"
 #include "fvOptions.H"
+#include "OSspecific.H"
 #include "pointCloud.H"
+#include "sigFpe.H"
 
 #include <cmath>
 
@@ -32,6 +34,30 @@ using namespace Foam;
 //- A fixed deltaT beyond the stable step by more than this, unstable even at
 //  rest, ends the run
 constexpr scalar allowedExcess = 2;
+
+//- From here on errors end the run. OpenFOAM makes warnings of those that a
+//  constructor meets, and would go on without the solid
+const word& endingOnErrors
+(
+    const word& name,
+    const Time& runTime,
+    const dictionary& dict
+)
+{
+    FatalError.throwExceptions(false);
+    const word region
+    (
+        dict.lookupOrDefault<word>("region", polyMesh::defaultRegion)
+    );
+    if (!runTime.foundObject<fvMesh>(region))
+    {
+        FatalIOErrorInFunction(dict)
+            << "the key 'region' has the value " << region
+            << "; allowed: one of " << flatOutput(runTime.names<fvMesh>())
+            << exit(FatalIOError);
+    }
+    return name;
+}
 
 const char* const solversThatAsk =
     "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam";
@@ -175,6 +201,18 @@ void Foam::functionObjects::peridynamics::checkSolver() const
             "not decompose bodies)"
         );
     }
+    const PtrList<fv::option>& sources = fv::options::New(mesh_);
+    for (const fv::option& source : sources)
+    {
+        if (isA<fv::periFoamMomentumSource>(source))
+        {
+            FatalIOErrorInFunction(time_.controlDict())
+                << "the function object " << name() << " would couple the"
+                << " bodies that " << source.name() << " couples already;"
+                << " allowed: one function object of type " << type()
+                << exit(FatalIOError);
+        }
+    }
     const periFoam::checkedDictionary coupling(top.sub("coupling"));
     if (!foundObject<volVectorField>(UName_))
     {
@@ -271,6 +309,27 @@ void Foam::functionObjects::peridynamics::checkOverlap() const
                     top.sub("bodies").refuse(bodies_[j].name(), os.str());
                 }
             }
+        }
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::checkStart() const
+{
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        const fileName then
+        (
+            time_.timePath()/"lagrangian"/body.name()/"displacement"
+        );
+        if (time_.startTimeIndex() > 0 && isFile(then))
+        {
+            FatalIOErrorInFunction(time_.controlDict())
+                << "the run starts at " << time_.timeName() << ", where "
+                << then << " holds the body " << body.name()
+                << "; allowed: a start from time 0, or from a flow without"
+                << " bodies (this version does not continue a coupled run)"
+                << exit(FatalIOError);
         }
     }
 }
@@ -411,6 +470,25 @@ Foam::SubList<Type> Foam::functionObjects::peridynamics::ofBody
 }
 
 
+Foam::label Foam::functionObjects::peridynamics::firstFarOff() const
+{
+    const point centre(mesh_.bounds().midpoint());
+    const vector reach(mesh_.bounds().span());
+    forAll(position_, p)
+    {
+        for (direction a = 0; a < 3; ++a)
+        {
+            const scalar x = position_[p][a];
+            if (!std::isfinite(x) || std::fabs(x - centre[a]) > reach[a])
+            {
+                return p;
+            }
+        }
+    }
+    return -1;
+}
+
+
 void Foam::functionObjects::peridynamics::place(const char* when)
 {
     label start = 0;
@@ -421,15 +499,11 @@ void Foam::functionObjects::peridynamics::place(const char* when)
             position_[start++] = body.position(p);
         }
     }
-    forAll(position_, p)
+    label lost = firstFarOff();
+    if (lost < 0)
     {
-        // Lengths that cannot be in the mesh, NaN among them, end here
-        if (!(mag(position_[p] - mesh_.bounds().midpoint()) < mesh_.bounds().mag()))
-        {
-            position_[p] = point::max;
-        }
+        lost = transfer_->locate(position_);
     }
-    const label lost = transfer_->locate(position_);
     if (lost < 0)
     {
         return;
@@ -476,6 +550,7 @@ void Foam::functionObjects::peridynamics::beginStep()
             << " timeStart or timeEnd in its dictionary" << exit(FatalError);
     }
     askedIndex_ = time_.timeIndex();
+    checkStep();
     toMidpoint(velocity_);
 }
 
@@ -492,8 +567,14 @@ void Foam::functionObjects::peridynamics::evaluateForces()
         forAll(bodies_, i)
         {
             SubList<vector> force(ofBody(force_, i));
-            bodies_[i].setLoads(time_.value() - 0.5*time_.deltaTValue());
-            const pd_status status = bodies_[i].forces(force);
+            pd_status status = bodies_[i].setLoads
+            (
+                time_.value() - 0.5*time_.deltaTValue()
+            );
+            if (status.code == PD_OK)
+            {
+                status = bodies_[i].forces(force);
+            }
             if (status.code != PD_OK)
             {
                 failStatus(i, status);
@@ -517,7 +598,12 @@ void Foam::functionObjects::peridynamics::finishStep()
         const SubList<vector> v(ofBody(midVelocity_, i));
         forAll(v, p)
         {
-            if (!std::isfinite(magSqr(v[p])))
+            if
+            (
+               !std::isfinite(v[p].x())
+            || !std::isfinite(v[p].y())
+            || !std::isfinite(v[p].z())
+            )
             {
                 fail
                 (
@@ -555,7 +641,8 @@ void Foam::functionObjects::peridynamics::finishStep()
 template<class GeoField>
 void Foam::functionObjects::peridynamics::restoreOld() const
 {
-    for (const word& name : mesh_.names<GeoField>())
+    // A field before its own old times, "U" before "U_0"
+    for (const word& name : mesh_.sortedNames<GeoField>())
     {
         const GeoField& field = lookupObject<GeoField>(name);
         if (field.nOldTimes() > 0 && field.writeOpt() == IOobject::AUTO_WRITE)
@@ -586,6 +673,10 @@ void Foam::functionObjects::peridynamics::fail
         restoreOld<volVectorField>();
         restoreOld<surfaceScalarField>();
         Time& time = const_cast<Time&>(time_);
+        if (time.writeTime() && isDir(time.timePath()))
+        {
+            rmDir(time.timePath()); // what the solver wrote of this step
+        }
         time.setTime(doneTime_, doneIndex_);
         time.writeNow();
         writeFields();
@@ -619,17 +710,21 @@ Foam::functionObjects::peridynamics::peridynamics
     const dictionary& dict
 )
 :
-    fvMeshFunctionObject(name, runTime, dict),
+    fvMeshFunctionObject(endingOnErrors(name, runTime, dict), runTime, dict),
     writeFile(mesh_, name),
     properties_
     (
-        IOobject
+        // 1e400 is then refused with its line, rather than trapped
         (
-            "peridynamicsProperties",
-            runTime.constant(),
-            mesh_,
-            IOobject::READ_IF_PRESENT,
-            IOobject::NO_WRITE
+            sigFpe::ignore(),
+            IOobject
+            (
+                "peridynamicsProperties",
+                runTime.constant(),
+                mesh_,
+                IOobject::READ_IF_PRESENT,
+                IOobject::NO_WRITE
+            )
         )
     ),
     kernel_(nullptr),
@@ -638,6 +733,7 @@ Foam::functionObjects::peridynamics::peridynamics
     doneIndex_(runTime.timeIndex()),
     doneTime_(runTime.value()),
     stableStep_(GREAT),
+    capping_(false),
     solidSeconds_(0),
     transferSeconds_(0),
     outputSeconds_(0),
@@ -656,6 +752,7 @@ Foam::functionObjects::peridynamics::peridynamics
     checkSolver();
     readBodies();
     readProbes();
+    checkStart();
     checkPlaces();
     buildHolds();
     place("before the first step");
@@ -737,9 +834,24 @@ void Foam::functionObjects::peridynamics::addForce
 
 bool Foam::functionObjects::peridynamics::adjustTimeStep()
 {
-    if (time_.isAdjustTimeStep() && time_.deltaTValue() > stableStep_)
+    if
+    (
+        !capping_
+     && time_.isAdjustTimeStep()
+     && time_.deltaTValue() > stableStep_
+    )
     {
-        const_cast<Time&>(time_).setDeltaT(stableStep_, false);
+        // Time divides what is left until the next write time anew, which
+        // may stretch the step, and asks all function objects again
+        capping_ = true;
+        scalar target = stableStep_;
+        do
+        {
+            const_cast<Time&>(time_).setDeltaT(target);
+            target *= 0.9;
+        }
+        while (time_.deltaTValue() > stableStep_);
+        capping_ = false;
     }
     return true;
 }
@@ -747,6 +859,7 @@ bool Foam::functionObjects::peridynamics::adjustTimeStep()
 
 bool Foam::functionObjects::peridynamics::read(const dictionary& dict)
 {
+    checkFunctionKeys(dict);
     return fvMeshFunctionObject::read(dict);
 }
 

@@ -268,6 +268,7 @@ void Foam::periFoam::solidBody::readLoads
                 l->density[pointOfCell[celli]] = value;
             }
         }
+        dict.found("rampCoeffs");
         if (dict.found("ramp"))
         {
             l->ramp = Function1<scalar>::New("ramp", dict.dict());
@@ -406,15 +407,18 @@ Foam::periFoam::solidBody::solidBody
     (
         time.path()/time.constant()/name/polyMesh::meshSubDir
     );
-    if (!isFile(meshPath/"faces") && !isFile(meshPath/"faces.gz"))
+    for (const char* f : {"points", "faces", "owner", "neighbour", "boundary"})
     {
-        dict_.refuse
-        (
-            "formulation",
-            "the body " + name + " has no mesh " + meshPath
-          + "; allowed: a region mesh of that name (blockMesh -region "
-          + name + ")"
-        );
+        if (!isFile(meshPath/f))
+        {
+            dict_.refuse
+            (
+                "formulation",
+                "the body " + name + " has no mesh " + (meshPath/f)
+              + "; allowed: a region mesh of that name (blockMesh -region "
+              + name + ")"
+            );
+        }
     }
     const pd_body_options o(options(rho));
     const polyMesh solid
@@ -626,11 +630,11 @@ void Foam::periFoam::solidBody::setVelocity(const UList<vector>& v)
 }
 
 
-void Foam::periFoam::solidBody::setLoads(const scalar time)
+pd_status Foam::periFoam::solidBody::setLoads(const scalar time)
 {
     if (loads_.empty())
     {
-        return;
+        return pd_status{};
     }
     const label d = view_.dimension;
     scalarList b(view_.n_owned*d, Zero);
@@ -645,7 +649,7 @@ void Foam::periFoam::solidBody::setLoads(const scalar time)
             }
         }
     }
-    pd_body_load(body_, b.cdata());
+    return pd_body_load(body_, b.cdata());
 }
 
 
