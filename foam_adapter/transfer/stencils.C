@@ -23,21 +23,52 @@ using namespace Foam;
 //- Coordinates closer than this share of the kernel width are the same
 constexpr scalar same = 1e-6;
 
+//- Longest row of samples in a block; a stencil with more is a plain list
+constexpr label longestRow = 32;
+
 //- Most unknowns of a linear velocity field: 3 values and 9 gradients
 constexpr label mostUnknowns = 12;
 
-//- In-place Cholesky factors of the leading m x m part of A; false where a
-//  pivot falls below round-off of what it started from
-bool factorise(scalar (&A)[mostUnknowns][mostUnknowns], const label m)
+//- Gradients are fitted where the spread of the samples about their centre is
+//  at least this, in squared kernel widths
+constexpr scalar leastSpread = 1e-3;
+
+//- The spread with what makes gradients fade, without a jump, where samples
+//  no longer determine them: next to walls, with narrow kernels
+inline scalar faded(const scalar spread)
 {
+    const scalar lack = leastSpread - spread;
+    return lack > 0 ? spread + lack*lack/leastSpread : spread;
+}
+
+//- In-place Cholesky factors of the leading m x m part of A, of which the first
+//  `values` unknowns are values and the others their gradients in kernel
+//  widths, n of each; false where not even the values are determined
+bool factorise
+(
+    scalar (&A)[mostUnknowns][mostUnknowns],
+    const label values,
+    const label n,
+    const label m
+)
+{
+    scalar start[mostUnknowns];
+    for (label j = 0; j < values; ++j)
+    {
+        start[j] = A[j][j];
+    }
     for (label j = 0; j < m; ++j)
     {
-        const scalar start = A[j][j];
         for (label k = 0; k < j; ++k)
         {
             A[j][j] -= A[j][k]*A[j][k];
         }
-        if (!(A[j][j] > 1e-8*start))
+        if (j >= values)
+        {
+            const scalar scale = start[(j - values)/n];
+            A[j][j] = scale*faded(A[j][j]/scale);
+        }
+        else if (!(A[j][j] > 1e-8*start[j]))
         {
             return false;
         }
@@ -104,9 +135,9 @@ void distinct
     }
 }
 
-//- Visit the rows of a block: the label of each sample in sample[0, n), its
-//  weight along the row in along[], the product of the others in across.
-//  w, where the weights of the block start, moves on to the next block
+//- Visit the rows of a block: the label of each sample in sample[0, n) and its
+//  weight in v[]. w, where the weights of the block start, moves on to the
+//  next block
 template<class Row>
 inline void forEachRow
 (
@@ -116,18 +147,40 @@ inline void forEachRow
     const Row& row
 )
 {
-    const scalar* w0 = w;
-    const scalar* w1 = w0 + b.n[0];
-    const scalar* along = w1 + b.n[1];
+    // flat ? p p p : p p p + q p p + p q p + p p q
     const label n = b.n[2];
+    const bool flat = *w++;
+    const scalar* p0 = w;
+    const scalar* q0 = p0 + b.n[0];
+    const scalar* p1 = q0 + b.n[0];
+    const scalar* q1 = p1 + b.n[1];
+    const scalar* p2 = q1 + b.n[1];
+    const scalar* q2 = p2 + n;
+    scalar v[longestRow];
     for (label i = 0; i < b.n[0]; ++i)
     {
         for (label j = 0; j < b.n[1]; ++j, sample += n)
         {
-            row(n, sample, along, w0[i]*w1[j]);
+            const scalar c = p0[i]*p1[j];
+            if (flat)
+            {
+                for (label k = 0; k < n; ++k)
+                {
+                    v[k] = c*p2[k];
+                }
+            }
+            else
+            {
+                const scalar a = c + q0[i]*p1[j] + p0[i]*q1[j];
+                for (label k = 0; k < n; ++k)
+                {
+                    v[k] = a*p2[k] + c*q2[k];
+                }
+            }
+            row(n, sample, v);
         }
     }
-    w = along + n;
+    w = q2 + n;
 }
 
 } // End anonymous namespace
@@ -135,8 +188,16 @@ inline void forEachRow
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
-Foam::boundBox Foam::periFoam::stencils::cellBox(const label celli) const
+const Foam::boundBox& Foam::periFoam::stencils::cellBox
+(
+    const label celli
+) const
 {
+    const auto known = cellBoxes_.cfind(celli);
+    if (known.found())
+    {
+        return *known;
+    }
     boundBox box(boundBox::invertedBox);
     for (const label facei : mesh_.cells()[celli])
     {
@@ -145,7 +206,8 @@ Foam::boundBox Foam::periFoam::stencils::cellBox(const label celli) const
             box.add(mesh_.points()[pointi]);
         }
     }
-    return box;
+    cellBoxes_.insert(celli, box);
+    return cellBoxes_[celli];
 }
 
 
@@ -218,15 +280,38 @@ Foam::label Foam::periFoam::stencils::compactOf(const label label)
 
 bool Foam::periFoam::stencils::within
 (
-    const label compact,
+    const point& x,
+    const vector& width,
     const boundBox& box
 ) const
 {
-    const point& x = position_[compact];
     for (const label d : directions_)
     {
-        const scalar reach = (kernel_.halfWidth - same)*width_[compact][d];
+        const scalar reach = (kernel_.halfWidth - same)*width[d];
         if (x[d] <= box.min()[d] - reach || x[d] >= box.max()[d] + reach)
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+
+bool Foam::periFoam::stencils::around
+(
+    const boundBox& cell,
+    const boundBox& box
+) const
+{
+    for (const label d : directions_)
+    {
+        const scalar reach =
+            (kernel_.halfWidth + 1)*max(cell.span()[d], box.span()[d]);
+        if
+        (
+            cell.max()[d] < box.min()[d] - reach
+         || cell.min()[d] > box.max()[d] + reach
+        )
         {
             return false;
         }
@@ -241,7 +326,18 @@ void Foam::periFoam::stencils::collect
     DynamicList<label>& found
 )
 {
-    const boundBox box(cellBox(celli));
+    const boundBox box(cellBox(celli)); // a copy: the table may move
+    const auto inReach = [&](const label label)
+    {
+        return within
+        (
+            type_ == CELLS
+          ? mesh_.cellCentres()[label]
+          : mesh_.faceCentres()[label],
+            widthAt(label),
+            box
+        );
+    };
     labelHashSet seenCells, seenFaces;
     DynamicList<label> queue;
     queue.append(celli);
@@ -250,36 +346,37 @@ void Foam::periFoam::stencils::collect
     while (queue.size())
     {
         const label here = queue.remove();
-        if (type_ == CELLS)
+        const bool holds = type_ == CELLS && inReach(here);
+        if (holds)
         {
             found.append(compactOf(here));
         }
         for (const label facei : mesh_.cells()[here])
         {
-            if (!seenFaces.insert(facei) || !usable(facei))
+            if (!seenFaces.insert(facei))
             {
                 continue;
             }
-            bool cross = type_ == CELLS;
-            if (type_ == FACES && within(compactOf(facei), box))
+            if (type_ == FACES && inReach(facei) && usable(facei))
             {
                 found.append(compactOf(facei));
-                cross = true;
             }
-            if (!cross || !mesh_.isInternalFace(facei))
+            if (!mesh_.isInternalFace(facei))
             {
+                if (holds)
+                {
+                    usable(facei);
+                }
                 continue;
             }
+
+            // Through cells that are not in reach too: samples behind them,
+            // larger or around a corner, may be
             const label owner = mesh_.faceOwner()[facei];
             const label next =
                 owner == here ? mesh_.faceNeighbour()[facei] : owner;
-            if
-            (
-                !seenCells.found(next)
-             && (type_ == FACES || within(compactOf(next), box))
-            )
+            if (seenCells.insert(next) && around(cellBox(next), box))
             {
-                seenCells.insert(next);
                 queue.append(next);
             }
         }
@@ -319,7 +416,7 @@ bool Foam::periFoam::stencils::appendBlock
         b.n[k] = coordinate[k].size();
         total *= b.n[k];
     }
-    if (total != found.size() || !total)
+    if (total != found.size() || !total || b.n[2] > longestRow)
     {
         return false;
     }
@@ -421,7 +518,7 @@ void Foam::periFoam::stencils::append(const label celli)
 }
 
 
-void Foam::periFoam::stencils::weigh1D
+bool Foam::periFoam::stencils::weigh1D
 (
     const block& b,
     const label k,
@@ -431,32 +528,51 @@ void Foam::periFoam::stencils::weigh1D
 ) const
 {
     const label n = b.n[k];
+    scalar* q = w + n;
     if (n == 1)
     {
         w[0] = 1;
-        return;
+        q[0] = 0;
+        return true;
     }
     const scalar* x = &coordinates_[b.start[k]];
-    const scalar* rWidth = &rWidths_[b.start[k]];
-    kernel_.evaluate(n, X, x, rWidth, w);
+    kernel_.evaluate(n, X, x, &rWidths_[b.start[k]], w);
 
-    scalar m0 = 0, m1 = 0, m2 = 0;
+    scalar sum = 0, offset = 0;
     for (label i = 0; i < n; ++i)
     {
-        const scalar r = (x[i] - X)*rWidth[0];
-        const scalar wr = w[i]*r;
-        m0 += w[i];
-        m1 += wr;
-        m2 += wr*r;
+        sum += w[i];
+        offset += w[i]*(x[i] - X);
     }
-    const scalar determinant = m0*m2 - m1*m1;
-    const bool bend = linear && determinant > 1e-8*m0*m2;
-    const scalar a = bend ? m2/determinant : 1/m0;
-    const scalar c = bend ? m1*rWidth[0]/determinant : 0;
+    const scalar rSum = 1/sum;
+    offset *= rSum;
     for (label i = 0; i < n; ++i)
     {
-        w[i] *= a - c*(x[i] - X);
+        w[i] *= rSum;
     }
+
+    // On a uniform grid away from walls the first moment vanishes by itself
+    if (!linear || mag(offset)*rWidths_[b.start[k]] < 1e-13)
+    {
+        std::fill(q, q + n, 0);
+        return true;
+    }
+    scalar width = 0, spread = 0;
+    for (label i = 0; i < n; ++i)
+    {
+        width += w[i]/rWidths_[b.start[k] + i];
+    }
+    for (label i = 0; i < n; ++i)
+    {
+        q[i] = (x[i] - X - offset)/width;
+        spread += w[i]*q[i]*q[i];
+    }
+    const scalar slope = -offset/width/faded(spread);
+    for (label i = 0; i < n; ++i)
+    {
+        q[i] *= slope*w[i];
+    }
+    return false;
 }
 
 
@@ -474,7 +590,8 @@ void Foam::periFoam::stencils::weighList
     scalar A[mostUnknowns][mostUnknowns] = {{0}};
     List<FixedList<scalar, mostUnknowns>> rows(s.size);
     scalarList weight(s.size);
-    const scalar length = width_[samples_[s.first]][directions_[0]];
+    scalar sum = 0;
+    vector width(Zero);
     for (label i = 0; i < s.size; ++i)
     {
         const label sample = samples_[s.first + i];
@@ -486,6 +603,13 @@ void Foam::periFoam::stencils::weighList
             kernel_.evaluate(1, x[a], &position_[sample][a], &rWidth, &factor);
             weight[i] *= factor;
         }
+        sum += weight[i];
+        width += weight[i]*width_[sample];
+    }
+    width /= sum;
+    for (label i = 0; i < s.size; ++i)
+    {
+        const label sample = samples_[s.first + i];
         label column = targets;
         for (label t = 0; t < targets; ++t)
         {
@@ -496,7 +620,7 @@ void Foam::periFoam::stencils::weighList
             for (const label a : directions_)
             {
                 rows[i][column++] =
-                    rows[i][t]*(position_[sample][a] - x[a])/length;
+                    rows[i][t]*(position_[sample][a] - x[a])/width[a];
             }
         }
         for (label r = 0; r < unknowns; ++r)
@@ -508,35 +632,27 @@ void Foam::periFoam::stencils::weighList
         }
     }
 
-    scalar L[mostUnknowns][mostUnknowns];
-    label m = unknowns;
-    std::copy(&A[0][0], &A[0][0] + mostUnknowns*mostUnknowns, &L[0][0]);
-    if (!factorise(L, m))
+    if (!factorise(A, targets, d, unknowns))
     {
-        m = targets;
-        std::copy(&A[0][0], &A[0][0] + mostUnknowns*mostUnknowns, &L[0][0]);
-        if (!factorise(L, m))
-        {
-            FatalErrorInFunction
-                << "the " << s.size << " faces around the point " << x
-                << " do not determine its velocity; allowed: meshes with at "
-                << "least two cells in each direction near a body"
-                << exit(FatalError);
-        }
+        FatalErrorInFunction
+            << "the " << s.size << " faces around the point " << x
+            << " do not determine its velocity; allowed: meshes with at "
+            << "least two cells in each direction near a body"
+            << exit(FatalError);
     }
     for (label t = 0; t < targets; ++t)
     {
         scalar z[mostUnknowns] = {0};
         z[t] = 1;
-        substitute(L, m, z);
+        substitute(A, unknowns, z);
         for (label i = 0; i < s.size; ++i)
         {
-            scalar sum = 0;
-            for (label r = 0; r < m; ++r)
+            scalar value = 0;
+            for (label r = 0; r < unknowns; ++r)
             {
-                sum += rows[i][r]*z[r];
+                value += rows[i][r]*z[r];
             }
-            w[i*targets + t] = weight[i]*sum;
+            w[i*targets + t] = weight[i]*value;
         }
     }
 }
@@ -639,7 +755,8 @@ void Foam::periFoam::stencils::weigh
         total += s.size*perSample;
         for (label k = s.block; k < s.block + s.nBlocks; ++k)
         {
-            total += blocks_[k].n[0] + blocks_[k].n[1] + blocks_[k].n[2];
+            total +=
+                1 + 2*(blocks_[k].n[0] + blocks_[k].n[1] + blocks_[k].n[2]);
         }
     }
     result.w.resize(total);
@@ -650,10 +767,15 @@ void Foam::periFoam::stencils::weigh
         scalar* w = result.w.data() + result.first[p];
         for (label bi = s.block; bi < s.block + s.nBlocks; ++bi)
         {
+            scalar& flat = *w++;
+            flat = 1;
             for (label k = 0; k < 3; ++k)
             {
-                weigh1D(blocks_[bi], k, x[p][axes_[k]], linear, w);
-                w += blocks_[bi].n[k];
+                if (!weigh1D(blocks_[bi], k, x[p][axes_[k]], linear, w))
+                {
+                    flat = 0;
+                }
+                w += 2*blocks_[bi].n[k];
             }
         }
         if (s.nBlocks)
@@ -694,14 +816,12 @@ void Foam::periFoam::stencils::gather
                 forEachRow
                 (
                     b, w, &samples_[b.first],
-                    [&](label n, const label* i, const scalar* v, scalar c)
+                    [&](label n, const label* i, const scalar* v)
                     {
-                        scalar part = 0;
                         for (label j = 0; j < n; ++j)
                         {
-                            part += v[j]*samples[i[j]];
+                            one += v[j]*samples[i[j]];
                         }
-                        one += c*part;
                     }
                 );
                 sum[b.component] += one;
@@ -711,13 +831,13 @@ void Foam::periFoam::stencils::gather
                 forEachRow
                 (
                     b, w, &samples_[b.first],
-                    [&](label n, const label* i, const scalar* v, scalar c)
+                    [&](label n, const label* i, const scalar* v)
                     {
                         for (label j = 0; j < n; ++j)
                         {
                             for (const label a : directions_)
                             {
-                                sum[a] += c*v[j]*samples[3*i[j] + a];
+                                sum[a] += v[j]*samples[3*i[j] + a];
                             }
                         }
                     }
@@ -762,11 +882,11 @@ void Foam::periFoam::stencils::scatter
                 forEachRow
                 (
                     b, w, &samples_[b.first],
-                    [&](label n, const label* i, const scalar* v, scalar c)
+                    [&](label n, const label* i, const scalar* v)
                     {
                         for (label j = 0; j < n; ++j)
                         {
-                            samples[i[j]] += c*one*v[j];
+                            samples[i[j]] += one*v[j];
                         }
                     }
                 );
@@ -776,13 +896,13 @@ void Foam::periFoam::stencils::scatter
                 forEachRow
                 (
                     b, w, &samples_[b.first],
-                    [&](label n, const label* i, const scalar* v, scalar c)
+                    [&](label n, const label* i, const scalar* v)
                     {
                         for (label j = 0; j < n; ++j)
                         {
                             for (const label a : directions_)
                             {
-                                samples[3*i[j] + a] += c*v[j]*value[a];
+                                samples[3*i[j] + a] += v[j]*value[a];
                             }
                         }
                     }
@@ -826,11 +946,11 @@ void Foam::periFoam::stencils::scatter
             forEachRow
             (
                 b, w, &samples_[b.first],
-                [&](label n, const label* i, const scalar* v, scalar c)
+                [&](label n, const label* i, const scalar* v)
                 {
                     for (label j = 0; j < n; ++j)
                     {
-                        samples[i[j]] += c*v[j]*value;
+                        samples[i[j]] += v[j]*value;
                     }
                 }
             );
@@ -847,10 +967,12 @@ Foam::label Foam::periFoam::stencils::bytes() const
 {
     return
         stencilOfCell_.byteSize() + compact_.byteSize()
-      + stencils_.byteSize() + blocks_.byteSize()
+      + stencils_.size()*label(sizeof(stencil))
+      + blocks_.size()*label(sizeof(block))
       + coordinates_.byteSize() + rWidths_.byteSize()
       + samples_.byteSize() + sampled_.byteSize() + position_.byteSize()
-      + normal_.byteSize() + width_.byteSize() + rArea_.byteSize();
+      + normal_.byteSize() + width_.byteSize() + rArea_.byteSize()
+      + cellBoxes_.size()*label(sizeof(boundBox) + sizeof(label));
 }
 
 

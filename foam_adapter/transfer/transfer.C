@@ -37,7 +37,10 @@ Foam::periFoam::transfer::transfer
 )
 :
     mesh_(mesh),
-    directions_(mesh.nGeometricD()),
+    longestWalk_
+    (
+        3*Foam::pow(scalar(mesh.nCells()), 1./mesh.nGeometricD())
+    ),
     samples_(mesh, k, faceFlux ? stencils::FACES : stencils::CELLS),
     cells_(mesh, k, stencils::CELLS)
 {}
@@ -45,7 +48,7 @@ Foam::periFoam::transfer::transfer
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
 
-Foam::label Foam::periFoam::transfer::cellAt
+Foam::label Foam::periFoam::transfer::walk
 (
     const point& x,
     label celli
@@ -55,9 +58,7 @@ Foam::label Foam::periFoam::transfer::cellAt
     const vectorField& area = mesh_.faceAreas();
     const labelList& owner = mesh_.faceOwner();
 
-    // Straight across the mesh and half as much again, or it goes in circles
-    const label most = 3*Foam::pow(scalar(mesh_.nCells()), 1./directions_);
-    for (label step = 0; step < most; ++step)
+    for (label step = 0; step < longestWalk_; ++step)
     {
         label exit = -1;
         scalar farthest = 0;
@@ -96,7 +97,27 @@ Foam::label Foam::periFoam::transfer::cellAt
         }
         celli = owner[exit] == celli ? mesh_.faceNeighbour()[exit] : owner[exit];
     }
-    return mesh_.findCell(x, polyMesh::FACE_PLANES);
+    return -1;
+}
+
+
+Foam::label Foam::periFoam::transfer::cellAt
+(
+    const point& x,
+    label celli
+) const
+{
+    celli = walk(x, celli);
+    if (celli < 0)
+    {
+        celli = mesh_.findCell(x, polyMesh::FACE_PLANES);
+    }
+    if (celli < 0)
+    {
+        // On a wall, but for round-off
+        celli = walk(x, mesh_.findNearestCell(x));
+    }
+    return celli;
 }
 
 
@@ -192,18 +213,25 @@ void Foam::periFoam::transfer::spreadAmount
     scalarField& cellSum
 )
 {
-    labelList cell(x.size());
+    DynamicList<point> place(x.size());
+    DynamicList<label> cell(x.size());
+    DynamicList<scalar> inside(x.size());
     label near = 0;
     forAll(x, p)
     {
-        cell[p] = cellAt(x[p], near);
-        near = max(cell[p], 0);
-        cell[p] = near;
+        const label celli = cellAt(x[p], near);
+        if (celli >= 0)
+        {
+            near = celli;
+            place.append(x[p]);
+            cell.append(celli);
+            inside.append(amount[p]);
+        }
     }
     stencils::weights weight;
-    cells_.weigh(x, cell, false, weight);
+    cells_.weigh(place, cell, false, weight);
     scalarField sum(cells_.sampled().size(), 0);
-    cells_.scatter(weight, amount, sum);
+    cells_.scatter(weight, inside, sum);
 
     cellSum.resize(mesh_.nCells());
     cellSum = 0;
