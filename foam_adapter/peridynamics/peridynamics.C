@@ -419,13 +419,16 @@ Foam::functionObjects::peridynamics::estimateStableStep() const
 }
 
 
-void Foam::functionObjects::peridynamics::checkStep() const
+void Foam::functionObjects::peridynamics::checkStep
+(
+    const bool capped
+) const
 {
     const scalar deltaT = time_.deltaTValue();
     if
     (
         allowUnstable_
-     || time_.isAdjustTimeStep()
+     || capped
      || deltaT <= allowedExcess*stableStep_
     )
     {
@@ -550,7 +553,7 @@ void Foam::functionObjects::peridynamics::beginStep()
             << " timeStart or timeEnd in its dictionary" << exit(FatalError);
     }
     askedIndex_ = time_.timeIndex();
-    checkStep();
+    checkStep(false);
     toMidpoint(velocity_);
 }
 
@@ -627,6 +630,11 @@ void Foam::functionObjects::peridynamics::finishStep()
         transfer_->weigh(position_);
         transfer_->sample(U(), phi(), false);
         transfer_->interpolate(velocity_);
+    }
+    if (transfer_->smallestWidth() < smallestWidth_)
+    {
+        stableStep_ = estimateStableStep(); // a body met finer cells
+        smallestWidth_ = transfer_->smallestWidth();
     }
     forAll(bodies_, i)
     {
@@ -733,6 +741,7 @@ Foam::functionObjects::peridynamics::peridynamics
     doneIndex_(runTime.timeIndex()),
     doneTime_(runTime.value()),
     stableStep_(GREAT),
+    smallestWidth_(GREAT),
     capping_(false),
     solidSeconds_(0),
     transferSeconds_(0),
@@ -764,7 +773,8 @@ Foam::functionObjects::peridynamics::peridynamics
         bodies_[i].setVelocity(ofBody(velocity_, i));
     }
     stableStep_ = estimateStableStep();
-    checkStep();
+    smallestWidth_ = transfer_->smallestWidth();
+    checkStep(time_.isAdjustTimeStep());
     appendSource();
     keepOldFields();
     createFiles();

@@ -104,7 +104,16 @@ void Foam::functionObjects::peridynamics::announce() const
             << ", horizon " << o.horizon_ratio << " spacings, "
             << (o.critical_stretch > 0 ? "can break" : "cannot break") << nl;
     }
-    Info<< "    stable step " << brief(stableStep_) << " s, deltaT "
+    Info<< "    stable step ";
+    if (stableStep_ < GREAT)
+    {
+        Info<< brief(stableStep_) << " s";
+    }
+    else
+    {
+        Info<< "unbounded, nothing moves";
+    }
+    Info<< ", deltaT "
         << brief(time_.deltaTValue()) << " s" << nl << endl;
 }
 

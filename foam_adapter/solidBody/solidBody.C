@@ -354,8 +354,16 @@ void Foam::periFoam::solidBody::createBody
 
 void Foam::periFoam::solidBody::checkConnected(const polyMesh& solid) const
 {
+    // What a hold connects, bonds need not: held pieces count as one
     labelList piece;
-    const label nPieces = pieces(piece);
+    const label n = pieces(piece);
+    boolList held(n, false);
+    for (label p = view_.n_moving; p < view_.n_active; ++p)
+    {
+        held[piece[p]] = true;
+    }
+    const label nHeld = findIndices(held, true).size();
+    const label nPieces = n - nHeld + (nHeld > 0);
     const label nRegions = regionSplit(solid).nRegions();
     if (nPieces > nRegions)
     {
@@ -438,11 +446,16 @@ Foam::periFoam::solidBody::solidBody
     }
     for (tether& t : tethers_)
     {
-        labelList& points = t.points;
-        for (label& p : points)
+        // Cells that an implicit hold holds too are left to that
+        DynamicList<label> points;
+        for (const label celli : t.points)
         {
-            p = pointOfCell[p];
+            if (!held[celli])
+            {
+                points.append(pointOfCell[celli]);
+            }
         }
+        t.points = points;
     }
     readLoads(solid, pointOfCell);
     checkConnected(solid);
@@ -570,16 +583,17 @@ Foam::label Foam::periFoam::solidBody::pieces(labelList& piece) const
 
 Foam::scalar Foam::periFoam::solidBody::stableStep(const scalar rho) const
 {
-    // Midpoint rule for an oscillator, omega^2 = k/rho: deltaT < 2/omega; a
-    // damped point, v' = -eta v/rho, taken explicitly: deltaT < 2 rho/eta
+    // Midpoint rule for an oscillator, omega^2 = k/rho: stable below 2/omega;
+    // a damped point, v' = -eta v/rho, taken explicitly: below 2 rho/eta. Half
+    // of either, as for waves
     scalar step = GREAT;
     scalar eta = options().damping;
     for (const tether& t : tethers_)
     {
-        step = min(step, 2*Foam::sqrt(rho/t.stiffness));
+        step = min(step, Foam::sqrt(rho/t.stiffness));
         eta = max(eta, options().damping + t.damping);
     }
-    return eta > 0 ? min(step, 2*rho/eta) : step;
+    return eta > 0 ? min(step, rho/eta) : step;
 }
 
 
