@@ -176,6 +176,15 @@ void Foam::functionObjects::peridynamics::readProbes()
             p->name = name;
             p->bodyi = bodyNames.find(dict.choice("body", bodyNames));
             p->X = dict.vectorOf("position", dimLength);
+            if (name == "cost" || bodyNames.found(name))
+            {
+                probes.refuse
+                (
+                    name,
+                    "allowed: a name other than cost and those of the bodies, "
+                    "whose tables stand beside it"
+                );
+            }
             dict.finish();
             probes_.append(p.release());
         }
@@ -692,8 +701,9 @@ void Foam::functionObjects::peridynamics::fail
     }
     FatalErrorInFunction
         << "step " << step << ", time " << when << " s, body "
-        << bodies_[bodyi].name() << ", point of cell " << meshCell << ": "
-        << cause.c_str() << nl << "    Stable step " << stableStep_
+        << bodies_[bodyi].name()
+        << (meshCell < 0 ? "" : ", point of cell " + Foam::name(meshCell)).c_str()
+        << ": " << cause.c_str() << nl << "    Stable step " << stableStep_
         << " s, deltaT " << time_.deltaTValue() << " s; "
         << kept.c_str() << exit(FatalError);
 }

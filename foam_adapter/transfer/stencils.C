@@ -211,6 +211,52 @@ const Foam::boundBox& Foam::periFoam::stencils::cellBox
 }
 
 
+Foam::boundBox Foam::periFoam::stencils::boxOf(const label celli) const
+{
+    const boundBox& box = cellBox(celli);
+    const vector slack(same*box.span());
+    for (const label facei : mesh_.cells()[celli])
+    {
+        for (const label pointi : mesh_.faces()[facei])
+        {
+            const point& x = mesh_.points()[pointi];
+            for (const label d : directions_)
+            {
+                if
+                (
+                    x[d] > box.min()[d] + slack[d]
+                 && x[d] < box.max()[d] - slack[d]
+                )
+                {
+                    return boundBox(boundBox::invertedBox);
+                }
+            }
+        }
+    }
+    return boundBox(box.min() + slack, box.max() - slack);
+}
+
+
+Foam::boundBox Foam::periFoam::stencils::placeBox(const label celli) const
+{
+    // A walk may call points inside that lie outside by as much as faces warp
+    scalar warp = 0;
+    for (const label facei : mesh_.cells()[celli])
+    {
+        const vector& S = mesh_.faceAreas()[facei];
+        for (const label pointi : mesh_.faces()[facei])
+        {
+            const vector arm(mesh_.points()[pointi] - mesh_.faceCentres()[facei]);
+            warp = max(warp, mag(arm & S)/mag(S));
+        }
+    }
+    boundBox box(cellBox(celli));
+    box.min() -= 2*warp*vector::one;
+    box.max() += 2*warp*vector::one;
+    return box;
+}
+
+
 Foam::vector Foam::periFoam::stencils::widthAt(const label label) const
 {
     if (type_ == CELLS)
@@ -326,7 +372,7 @@ void Foam::periFoam::stencils::collect
     DynamicList<label>& found
 )
 {
-    const boundBox box(cellBox(celli)); // a copy: the table may move
+    const boundBox box(placeBox(celli));
     const auto inReach = [&](const label label)
     {
         return within
@@ -479,7 +525,7 @@ void Foam::periFoam::stencils::append(const label celli)
     DynamicList<label> found;
     collect(celli, found);
 
-    stencil s{blocks_.size(), 0, 0, 0};
+    stencil s{blocks_.size(), 0, 0, 0, boxOf(celli)};
     bool rectilinear = true;
     if (type_ == CELLS)
     {
@@ -728,6 +774,25 @@ Foam::periFoam::stencils::stencils
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+bool Foam::periFoam::stencils::inside(const point& x, const label celli) const
+{
+    const label si = stencilOfCell_[celli];
+    if (si < 0)
+    {
+        return false;
+    }
+    const boundBox& box = stencils_[si].box;
+    for (const label d : directions_)
+    {
+        if (x[d] <= box.min()[d] || x[d] >= box.max()[d])
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
 
 void Foam::periFoam::stencils::weigh
 (

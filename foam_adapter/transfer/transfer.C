@@ -58,6 +58,8 @@ Foam::label Foam::periFoam::transfer::walk
     const vectorField& area = mesh_.faceAreas();
     const labelList& owner = mesh_.faceOwner();
 
+    label nearest = celli;
+    scalar gap = GREAT;
     for (label step = 0; step < longestWalk_; ++step)
     {
         label exit = -1;
@@ -93,11 +95,18 @@ Foam::label Foam::periFoam::transfer::walk
         }
         if (!mesh_.isInternalFace(exit))
         {
-            break;
+            return -1;
+        }
+        if (farthest < gap*mag(area[exit]))
+        {
+            gap = farthest/mag(area[exit]);
+            nearest = celli;
         }
         celli = owner[exit] == celli ? mesh_.faceNeighbour()[exit] : owner[exit];
     }
-    return -1;
+
+    // In circles: in a gap that warped faces leave between cells, or lost
+    return gap < 0.1*Foam::cbrt(mesh_.V()[nearest]) ? nearest : -1;
 }
 
 
@@ -131,6 +140,10 @@ Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
     // is where a point without a cell of its own starts from
     forAll(x, p)
     {
+        if (samples_.inside(x[p], cell_[p]))
+        {
+            continue;
+        }
         cell_[p] = cellAt(x[p], cell_[p]);
         if (cell_[p] < 0)
         {
