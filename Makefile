@@ -200,11 +200,12 @@ bootstrap:
 pictures:
 	@scripts/bootstrap build pictures
 
-# <options of clang-format>: our C and C++ files, those that git does not know yet too.
+# <options of clang-format>: our C files, those that git does not know yet too. C++ keeps the
+# layout of OpenFOAM, which clang-format cannot express.
 define clang_format
 	@if command -v clang-format >/dev/null; then \
 	    git ls-files -z --cached --others --exclude-standard -- \
-	        'pd_solver/*.[ch]' 'foam_adapter/*.[CH]' 'tests/*.[chCH]' | \
+	        'pd_solver/*.[ch]' 'tests/*.[ch]' | \
 	    xargs -0 -r clang-format $(1); \
 	else \
 	    echo 'clang-format is not installed: nothing was done'; \

@@ -622,6 +622,24 @@ bool Foam::periFoam::stencils::weigh1D
 }
 
 
+Foam::scalar Foam::periFoam::stencils::kernelOf
+(
+    const label sample,
+    const point& x
+) const
+{
+    scalar product = 1;
+    for (const label a : directions_)
+    {
+        const scalar rWidth = 1/width_[sample][a];
+        scalar factor;
+        kernel_.evaluate(1, x[a], &position_[sample][a], &rWidth, &factor);
+        product *= factor;
+    }
+    return product;
+}
+
+
 void Foam::periFoam::stencils::weighList
 (
     const stencil& s,
@@ -641,14 +659,7 @@ void Foam::periFoam::stencils::weighList
     for (label i = 0; i < s.size; ++i)
     {
         const label sample = samples_[s.first + i];
-        weight[i] = 1;
-        for (const label a : directions_)
-        {
-            const scalar rWidth = 1/width_[sample][a];
-            scalar factor;
-            kernel_.evaluate(1, x[a], &position_[sample][a], &rWidth, &factor);
-            weight[i] *= factor;
-        }
+        weight[i] = kernelOf(sample, x);
         sum += weight[i];
         width += weight[i]*width_[sample];
     }
@@ -714,15 +725,7 @@ void Foam::periFoam::stencils::weighPositive
     scalar sum = 0;
     for (label i = 0; i < s.size; ++i)
     {
-        const label sample = samples_[s.first + i];
-        w[i] = 1;
-        for (const label a : directions_)
-        {
-            const scalar rWidth = 1/width_[sample][a];
-            scalar factor;
-            kernel_.evaluate(1, x[a], &position_[sample][a], &rWidth, &factor);
-            w[i] *= factor;
-        }
+        w[i] = kernelOf(samples_[s.first + i], x);
         sum += w[i];
     }
     for (label i = 0; i < s.size; ++i)

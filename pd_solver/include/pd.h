@@ -34,7 +34,7 @@ extern "C" {
 typedef int32_t pd_local;  /* index of a point on this rank */
 typedef int64_t pd_global; /* number of a point among all ranks */
 
-/* ---- status ------------------------------------------------------------------------ */
+/* ---- status ---- */
 
 typedef enum {
     PD_OK = 0,
@@ -51,7 +51,7 @@ typedef struct {
     char message[256]; /* holds the value and the bound; empty when code is PD_OK */
 } pd_status;
 
-/* ---- materials --------------------------------------------------------------------- */
+/* ---- materials ---- */
 
 /* One number that a material is made of, as a dictionary key. */
 typedef struct {
@@ -91,7 +91,7 @@ PD_API const pd_material *pd_material_find(const char *name);
 /* kappa_stab from G and nu_stab, [kim2023] eq. 45 (Pa). */
 PD_API double pd_kappa_stab(double G, double nu_stab);
 
-/* ---- formulations ------------------------------------------------------------------ */
+/* ---- formulations ---- */
 
 typedef struct pd_body pd_body;
 
@@ -119,7 +119,7 @@ PD_API extern const pd_formulation *const pd_formulations[];
 /* The formulation of that name, or NULL. */
 PD_API const pd_formulation *pd_formulation_find(const char *name);
 
-/* ---- bodies ------------------------------------------------------------------------ */
+/* ---- bodies ---- */
 
 /* A point whose K has 2^d or 3^d-fold det K / (tr K)^d below this carries no stress (1 is
  * isotropic, 0 is flat). Bonds of a lattice that still span space give >= 1e-2; bonds on
@@ -130,11 +130,11 @@ PD_API const pd_formulation *pd_formulation_find(const char *name);
 #define PD_SMALLEST_J 1e-3
 
 typedef struct {
-    int dimension;                  /* d, 2 or 3 */
-    double horizon_ratio;           /* m = horizon / point spacing, - */
-    double density;                 /* rho, kg/m3 */
-    double damping;                 /* eta in the force density -eta v, kg/(m3 s) */
-    double critical_stretch;        /* s_c = |xi + eta|/|xi|, -; 0: bonds cannot break */
+    int dimension;           /* d, 2 or 3 */
+    double horizon_ratio;    /* m = horizon / point spacing, - */
+    double density;          /* rho, kg/m3 */
+    double damping;          /* eta in the force density -eta v, kg/(m3 s) */
+    double critical_stretch; /* s_c = |xi + eta|/|xi|, -; 0: bonds cannot break */
     const pd_formulation *formulation;
     const pd_material *material;
     double parameters[PD_MAX_PARAMETERS]; /* of the material, in its table's order */
@@ -166,23 +166,23 @@ typedef struct {
 
 /* What a body amounts to. Sums over all ranks. */
 typedef struct {
-    double kinetic_energy;          /* J (J/m) */
-    double strain_energy;           /* J (J/m) */
-    double mean_volume_change;      /* mean of J - 1 over moving points that bear stress */
-    double sum_volume_change;       /* sum of (J - 1) V over the same, m3 (m2) */
-    double smallest_J, largest_J;   /* over the same */
-    double largest_speed;           /* m/s */
-    int64_t bonds, broken_bonds;    /* undirected */
-    int64_t singular, inverted;     /* points that carry no stress, by cause */
+    double kinetic_energy;        /* J (J/m) */
+    double strain_energy;         /* J (J/m) */
+    double mean_volume_change;    /* mean of J - 1 over moving points that bear stress */
+    double sum_volume_change;     /* sum of (J - 1) V over the same, m3 (m2) */
+    double smallest_J, largest_J; /* over the same */
+    double largest_speed;         /* m/s */
+    int64_t bonds, broken_bonds;  /* undirected */
+    int64_t singular, inverted;   /* points that carry no stress, by cause */
 } pd_summary;
 
 /*
  * Build a body from n points: X[n][3] (m), volume[n] (m3; m2 in two dimensions), held[n]
- * (non-zero: the point never moves; NULL: none). Arrays are copied. The held part is rigid
- * and ends where its points' volumes end, half a spacing beyond the last of them: moving
- * points see there a displacement of zero. The first d
- * components of X count. Families are symmetric: points i and j are bonded when
- * |xi| <= m (dX_i + dX_j)/2 with dX = volume^(1/d).
+ * (non-zero: the point never moves; NULL: none). Arrays are copied. The held part is
+ * rigid and ends where its points' volumes end, half a spacing beyond the last of them:
+ * moving points see there a displacement of zero. The first d components of X count.
+ * Families are symmetric: points i and j are bonded when |xi| <= m (dX_i + dX_j)/2 with
+ * dX = volume^(1/d).
  *
  * Collective over comm, which is duplicated; MPI_COMM_NULL is serial, MPI is then never
  * called. Several ranks: not supported by this version (PD_BAD_ARGUMENT).
@@ -228,12 +228,13 @@ PD_API pd_summary pd_body_summary(const pd_body *body);
 /* Fastest wave at rest (m/s). */
 PD_API double pd_body_wave_speed(const pd_body *body);
 
-/* Bonds of point p: the count (0 for a point that keeps no family), and borrowed neighbour indices [count]. For tests and
- * post-processing. */
-PD_API pd_local pd_body_family(const pd_body *body, pd_local p, const pd_local **neighbour);
+/* Bonds of point p: the count (0 for a point that keeps no family), and borrowed
+ * neighbour indices [count]. For tests and post-processing. */
+PD_API pd_local pd_body_family(const pd_body *body, pd_local p,
+                               const pd_local **neighbour);
 PD_API bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k);
 
-/* ---- the pieces of theory that stand alone ------------------------------------------ */
+/* ---- the pieces of theory that stand alone ---- */
 
 /* Influence function omega(r), r = 2 |xi| / horizon, [kim2023] eq. 30. */
 PD_API double pd_influence(double r, int dimension);

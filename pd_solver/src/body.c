@@ -14,7 +14,7 @@
 #include "status.h"
 #include "tensor.h"
 
-/* ---- order of points ----------------------------------------------------------------- */
+/* ---- order of points ---- */
 
 typedef struct {
     int class;     /* 0 moving, 1 held beside moving points, 2 held elsewhere */
@@ -25,8 +25,10 @@ typedef struct {
 static int by_place(const void *a, const void *b)
 {
     const place *p = a, *q = b;
-    if (p->class != q->class) return p->class < q->class ? -1 : 1;
-    if (p->code != q->code) return p->code < q->code ? -1 : 1;
+    if (p->class != q->class)
+        return p->class < q->class ? -1 : 1;
+    if (p->code != q->code)
+        return p->code < q->code ? -1 : 1;
     return (p->point > q->point) - (p->point < q->point);
 }
 
@@ -36,7 +38,8 @@ static uint64_t morton(int d, const double *X, const double *origin, double step
     uint64_t code = 0;
     for (int a = 0; a < d; a++) {
         const uint64_t index = (uint64_t)fmin((X[a] - origin[a]) / step + 0.25, 2097151.);
-        for (int bit = 0; bit < 21; bit++) code |= (index >> bit & 1) << (bit * d + a);
+        for (int bit = 0; bit < 21; bit++)
+            code |= (index >> bit & 1) << (bit * d + a);
     }
     return code;
 }
@@ -44,10 +47,12 @@ static uint64_t morton(int d, const double *X, const double *origin, double step
 static int class_of(const pd_cell_list *cells, const unsigned char *held, pd_local i,
                     pd_local *near, pd_local capacity)
 {
-    if (!held || !held[i]) return 0;
+    if (!held || !held[i])
+        return 0;
     const pd_local count = pd_cell_list_near(cells, i, capacity, near);
     for (pd_local k = 0; k < count && k < capacity; k++)
-        if (!held[near[k]]) return 1;
+        if (!held[near[k]])
+            return 1;
     return 2;
 }
 
@@ -66,7 +71,8 @@ static pd_status order_points(pd_body *b, const pd_cell_list *cells,
         }
     }
     pd_local *near = malloc((size_t)widest * sizeof *near);
-    if (!near) return pd_status_fail(PD_NO_MEMORY, -1, "a family of %d", widest);
+    if (!near)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a family of %d", widest);
     b->n_moving = b->n_active = 0;
     for (pd_local i = 0; i < b->n_owned; i++) {
         const double *X = cells->X + (size_t)i * cells->d;
@@ -81,7 +87,7 @@ static pd_status order_points(pd_body *b, const pd_cell_list *cells,
     return pd_status_ok();
 }
 
-/* ---- creation ------------------------------------------------------------------------ */
+/* ---- creation ---- */
 
 static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n)
 {
@@ -113,7 +119,8 @@ static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n
         return pd_status_fail(PD_BAD_ARGUMENT, -1,
                               "critical stretch %g; allowed: above 1, or 0 for no damage",
                               o->critical_stretch);
-    if (!o->formulation) return pd_status_fail(PD_BAD_ARGUMENT, -1, "no formulation");
+    if (!o->formulation)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "no formulation");
     if (o->formulation->corresponds && !o->material)
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "no material");
     for (int k = 0; o->material && k < o->material->n_parameters; k++) {
@@ -122,9 +129,8 @@ static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n
         if (!(usable(value) && value < p->below &&
               (value > p->above || (p->includes_above && value == p->above))))
             return pd_status_fail(PD_BAD_ARGUMENT, -1, "%s %g; allowed: %s %g, below %g",
-                                  p->key, value,
-                                  p->includes_above ? "at least" : "above", p->above,
-                                  p->below);
+                                  p->key, value, p->includes_above ? "at least" : "above",
+                                  p->above, p->below);
     }
     return pd_status_ok();
 }
@@ -185,12 +191,15 @@ static pd_status build_families(pd_body *b, const double *X, const double *volum
     const int d = b->options.dimension;
     const double ratio = b->options.horizon_ratio;
     place *places = malloc((size_t)b->n_owned * sizeof *places);
-    if (!places) return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_owned);
+    if (!places)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_owned);
 
     fill(b, X, volume, NULL);
     pd_cell_list cells;
-    pd_status status = pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
-    if (status.code == PD_OK) status = order_points(b, &cells, held, places);
+    pd_status status =
+        pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
+    if (status.code == PD_OK)
+        status = order_points(b, &cells, held, places);
     pd_cell_list_free(&cells);
 
     if (status.code == PD_OK) {
@@ -209,7 +218,8 @@ static pd_status build_families(pd_body *b, const double *X, const double *volum
 static pd_status measure_holds(pd_body *b)
 {
     const int d = b->options.dimension;
-    if (b->n_moving == b->n_active) return pd_status_ok();
+    if (b->n_moving == b->n_active)
+        return pd_status_ok();
     b->hold_distance = calloc((size_t)b->n_active, sizeof *b->hold_distance);
     if (!b->hold_distance)
         return pd_status_fail(PD_NO_MEMORY, -1, "holds of %d points", b->n_active);
@@ -217,13 +227,15 @@ static pd_status measure_holds(pd_body *b)
         double nearest = HUGE_VAL;
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
             const pd_local j = b->families.neighbour[k];
-            if ((i < b->n_moving) == (j < b->n_moving)) continue;
+            if ((i < b->n_moving) == (j < b->n_moving))
+                continue;
             double xi[3];
             subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
             nearest = fmin(nearest, sqrt(dot(d, xi, xi)) - b->spacing[j] / 2);
         }
         /* Points of a very uneven mesh may lie inside each other's half spacing. */
-        if (nearest < HUGE_VAL) b->hold_distance[i] = fmax(nearest, 0.1 * b->spacing[i]);
+        if (nearest < HUGE_VAL)
+            b->hold_distance[i] = fmax(nearest, 0.1 * b->spacing[i]);
     }
     return pd_status_ok();
 }
@@ -232,24 +244,26 @@ static pd_status check_families(const pd_body *b)
 {
     for (pd_local i = 0; i < b->n_active; i++)
         if (b->carries && b->carries[i] == PD_POINT_SINGULAR)
-            return pd_status_fail(
-                PD_BAD_FAMILY, b->id[i],
-                "a horizon of %g spacings gives the point %d bonds, which do not span space",
-                b->options.horizon_ratio,
-                (int)(b->families.first[i + 1] - b->families.first[i]));
+            return pd_status_fail(PD_BAD_FAMILY, b->id[i],
+                                  "a horizon of %g spacings gives the point %d bonds, "
+                                  "which do not span space",
+                                  b->options.horizon_ratio,
+                                  (int)(b->families.first[i + 1] - b->families.first[i]));
     return pd_status_ok();
 }
 
 static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double *volume,
                         const unsigned char *held)
 {
-    if (comm != MPI_COMM_NULL) MPI_Comm_dup(comm, &b->comm);
+    if (comm != MPI_COMM_NULL)
+        MPI_Comm_dup(comm, &b->comm);
     PD_TRY(allocate(b));
     PD_TRY(build_families(b, X, volume, held));
     PD_TRY(measure_holds(b));
     PD_TRY(b->options.formulation->prepare(b));
     PD_TRY(check_families(b));
-    if (b->options.critical_stretch > 0) PD_TRY(pd_damage_allocate(b));
+    if (b->options.critical_stretch > 0)
+        PD_TRY(pd_damage_allocate(b));
     return pd_status_ok();
 }
 
@@ -261,7 +275,8 @@ pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n
     PD_TRY(check_options(comm, options, n));
     PD_TRY(check_points(options->dimension, n, X, volume));
     pd_body *b = calloc(1, sizeof *b);
-    if (!b) return pd_status_fail(PD_NO_MEMORY, -1, "a body");
+    if (!b)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a body");
     b->comm = MPI_COMM_NULL;
     b->options = *options;
     b->n_owned = b->n_local = (pd_local)n;
@@ -275,12 +290,16 @@ pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n
 
 void pd_body_destroy(pd_body *b)
 {
-    if (!b) return;
-    if (b->comm != MPI_COMM_NULL) MPI_Comm_free(&b->comm);
-    void *arrays[] = {b->id,    b->X, b->y,      b->v,      b->volume, b->spacing,
-                      b->force, b->F, b->J,      b->load,   b->weight, b->broken,
-                      b->Q,     b->K_inverse, b->carries, b->hold_distance};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) free(arrays[k]);
+    if (!b)
+        return;
+    if (b->comm != MPI_COMM_NULL)
+        MPI_Comm_free(&b->comm);
+    void *arrays[] = {b->id,     b->X,         b->y,       b->v,
+                      b->volume, b->spacing,   b->force,   b->F,
+                      b->J,      b->load,      b->weight,  b->broken,
+                      b->Q,      b->K_inverse, b->carries, b->hold_distance};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        free(arrays[k]);
     pd_families_free(&b->families);
     free(b);
 }
@@ -294,14 +313,17 @@ pd_status pd_body_load(pd_body *b, const double *load)
         return pd_status_ok();
     }
     for (size_t k = 0; k < size; k++)
-        if (!usable(load[k])) return pd_status_fail(PD_BAD_ARGUMENT, -1, "load %g", load[k]);
-    if (!b->load) b->load = malloc(size * sizeof *b->load);
-    if (!b->load) return pd_status_fail(PD_NO_MEMORY, -1, "loads of %d points", b->n_owned);
+        if (!usable(load[k]))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1, "load %g", load[k]);
+    if (!b->load)
+        b->load = malloc(size * sizeof *b->load);
+    if (!b->load)
+        return pd_status_fail(PD_NO_MEMORY, -1, "loads of %d points", b->n_owned);
     memcpy(b->load, load, size * sizeof *load);
     return pd_status_ok();
 }
 
-/* ---- views --------------------------------------------------------------------------- */
+/* ---- views ---- */
 
 pd_body_view pd_body_fields(const pd_body *b)
 {
@@ -330,9 +352,12 @@ const pd_body_options *pd_body_settings(const pd_body *b)
 
 pd_local pd_body_family(const pd_body *b, pd_local p, const pd_local **neighbour)
 {
-    if (neighbour) *neighbour = NULL;
-    if (p >= b->families.n) return 0;
-    if (neighbour) *neighbour = b->families.neighbour + b->families.first[p];
+    if (neighbour)
+        *neighbour = NULL;
+    if (p >= b->families.n)
+        return 0;
+    if (neighbour)
+        *neighbour = b->families.neighbour + b->families.first[p];
     return (pd_local)(b->families.first[p + 1] - b->families.first[p]);
 }
 
@@ -351,7 +376,7 @@ double pd_volume_fraction(double length, double horizon, double spacing)
     return volume_fraction(length, horizon, spacing);
 }
 
-/* ---- forces -------------------------------------------------------------------------- */
+/* ---- forces ---- */
 
 static pd_status check_finite(const pd_body *b, const double *values, pd_local n,
                               const char *what)
@@ -366,7 +391,8 @@ static pd_status check_finite(const pd_body *b, const double *values, pd_local n
 
 static pd_status check_inversion(const pd_body *b)
 {
-    if (b->options.critical_stretch > 0 || !b->carries) return pd_status_ok();
+    if (b->options.critical_stretch > 0 || !b->carries)
+        return pd_status_ok();
     for (pd_local i = 0; i < b->n_active; i++)
         if (b->carries[i] == PD_POINT_INVERTED)
             return pd_status_fail(PD_INVERTED, b->id[i],
@@ -384,14 +410,16 @@ pd_status pd_body_forces(pd_body *b)
     const size_t moving = (size_t)b->n_moving * (size_t)b->options.dimension;
     const double eta = b->options.damping;
     if (eta > 0)
-        for (size_t k = 0; k < moving; k++) b->force[k] -= eta * b->v[k];
+        for (size_t k = 0; k < moving; k++)
+            b->force[k] -= eta * b->v[k];
     if (b->load)
-        for (size_t k = 0; k < moving; k++) b->force[k] += b->load[k];
+        for (size_t k = 0; k < moving; k++)
+            b->force[k] += b->load[k];
     PD_TRY(check_finite(b, b->force, b->n_active, "force"));
     return check_inversion(b);
 }
 
-/* ---- summary ------------------------------------------------------------------------- */
+/* ---- summary ---- */
 
 static void count_bonds(const pd_body *b, pd_summary *s)
 {
@@ -399,7 +427,8 @@ static void count_bonds(const pd_body *b, pd_summary *s)
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
             const pd_local j = b->families.neighbour[k];
             /* A bond to a point that keeps no family is seen from this side only. */
-            if (j < i) continue;
+            if (j < i)
+                continue;
             s->bonds++;
             s->broken_bonds += bond_is_broken(b, k);
         }

@@ -32,8 +32,8 @@ struct pd_body {
     double *hold_distance;
 
     /* correspondence */
-    double *K_inverse;     /* [n_active][d][d], m-(d+2); 0 where K is near singular */
-    double *Q;             /* [n_active][d][d] P K^-1 */
+    double *K_inverse;      /* [n_active][d][d], m-(d+2); 0 where K is near singular */
+    double *Q;              /* [n_active][d][d] P K^-1 */
     unsigned char *carries; /* [n_active] PD_SOUND or why not */
 };
 

@@ -13,10 +13,12 @@
 
 pd_status pd_damage_allocate(pd_body *body)
 {
-    if (body->broken) return pd_status_ok();
+    if (body->broken)
+        return pd_status_ok();
     const size_t words = ((size_t)body->families.first[body->families.n] + 63) / 64;
     body->broken = calloc(words ? words : 1, sizeof *body->broken);
-    if (!body->broken) return pd_status_fail(PD_NO_MEMORY, -1, "%zu words of bonds", words);
+    if (!body->broken)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%zu words of bonds", words);
     return pd_status_ok();
 }
 
@@ -36,18 +38,21 @@ void pd_body_damage(const pd_body *body, double *damage)
     const pd_families *families = &body->families;
     for (pd_local i = 0; i < body->n_owned; i++) {
         damage[i] = 0;
-        if (i >= families->n || !body->broken) continue;
+        if (i >= families->n || !body->broken)
+            continue;
         double all = 0, gone = 0;
         for (int64_t k = families->first[i]; k < families->first[i + 1]; k++) {
             const double V = body->volume[families->neighbour[k]];
             all += V;
-            if (bond_is_broken(body, k)) gone += V;
+            if (bond_is_broken(body, k))
+                gone += V;
         }
-        if (all > 0) damage[i] = gone / all;
+        if (all > 0)
+            damage[i] = gone / all;
     }
 }
 
-/* ---- pre-cracks ---------------------------------------------------------------------- */
+/* ---- pre-cracks ---- */
 
 static void cross(const double *a, const double *b, double *c)
 {
@@ -67,14 +72,17 @@ static bool crosses(const pd_rectangle *r, const double *normal, const double *a
 {
     const double slack = 1e-9;
     double from[3], along[3];
-    for (int c = 0; c < 3; c++) from[c] = a[c] - r->corner[c], along[c] = b[c] - a[c];
+    for (int c = 0; c < 3; c++)
+        from[c] = a[c] - r->corner[c], along[c] = b[c] - a[c];
     const double height = dot3(from, normal), climb = dot3(along, normal);
     if (fabs(climb) <= slack * sqrt(dot3(along, along) * dot3(normal, normal)))
         return false; /* parallel to the rectangle */
     const double s = -height / climb;
-    if (s < -slack || s > 1 + slack) return false;
+    if (s < -slack || s > 1 + slack)
+        return false;
     double hit[3], e1_n[3], n_e2[3];
-    for (int c = 0; c < 3; c++) hit[c] = from[c] + s * along[c];
+    for (int c = 0; c < 3; c++)
+        hit[c] = from[c] + s * along[c];
     cross(r->edge2, normal, e1_n); /* dual base: hit = s1 edge1 + s2 edge2 */
     cross(normal, r->edge1, n_e2);
     const double s1 = dot3(hit, e1_n) / dot3(r->edge1, e1_n);
@@ -87,7 +95,8 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
     const int d = body->options.dimension;
     pd_rectangle r = *rectangle;
     for (int c = 0; c < d; c++)
-        if (!(usable(r.corner[c]) && usable(r.edge1[c]) && (d == 2 || usable(r.edge2[c]))))
+        if (!(usable(r.corner[c]) && usable(r.edge1[c]) &&
+              (d == 2 || usable(r.edge2[c]))))
             return pd_status_fail(PD_BAD_ARGUMENT, -1, "a pre-crack that is not finite");
     if (d == 2) {
         /* A strip through the plane, whatever its depth. */
@@ -99,7 +108,8 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
     const double area = sqrt(dot3(normal, normal));
     if (!(area > 0 && isfinite(area)))
         return pd_status_fail(PD_BAD_ARGUMENT, -1,
-                              "a pre-crack of area %g; its edges must span a rectangle", area);
+                              "a pre-crack of area %g; its edges must span a rectangle",
+                              area);
     PD_TRY(pd_damage_allocate(body));
 
     const pd_families *families = &body->families;
@@ -110,30 +120,36 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
             const pd_local j = families->neighbour[k];
             memcpy(a, body->X + (size_t)(i < j ? i : j) * d, (size_t)d * sizeof *a);
             memcpy(b, body->X + (size_t)(i < j ? j : i) * d, (size_t)d * sizeof *b);
-            if (crosses(&r, normal, a, b)) pd_damage_break(body, k);
+            if (crosses(&r, normal, a, b))
+                pd_damage_break(body, k);
         }
     return body->options.formulation->prepare(body);
 }
 
-/* ---- pieces -------------------------------------------------------------------------- */
+/* ---- pieces ---- */
 
 static pd_local root_of(pd_local *parent, pd_local i)
 {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    while (parent[i] != i)
+        i = parent[i] = parent[parent[i]];
     return i;
 }
 
 pd_local pd_body_pieces(const pd_body *body, pd_local *piece)
 {
     const pd_families *families = &body->families;
-    for (pd_local i = 0; i < families->n; i++) piece[i] = i;
+    for (pd_local i = 0; i < families->n; i++)
+        piece[i] = i;
     for (pd_local i = 0; i < families->n; i++)
         for (int64_t k = families->first[i]; k < families->first[i + 1]; k++) {
             const pd_local j = families->neighbour[k];
-            if (j >= i || bond_is_broken(body, k)) continue; /* seen from the other end */
+            if (j >= i || bond_is_broken(body, k))
+                continue; /* seen from the other end */
             const pd_local a = root_of(piece, i), b = root_of(piece, j);
-            if (a < b) piece[b] = a;
-            if (b < a) piece[a] = b;
+            if (a < b)
+                piece[b] = a;
+            if (b < a)
+                piece[a] = b;
         }
     /* Roots are the smallest of their piece, so they are met before the rest of it. */
     pd_local count = 0;
@@ -141,6 +157,7 @@ pd_local pd_body_pieces(const pd_body *body, pd_local *piece)
         const pd_local parent = piece[i];
         piece[i] = parent == i ? count++ : piece[parent];
     }
-    for (pd_local i = families->n; i < body->n_owned; i++) piece[i] = -1;
+    for (pd_local i = families->n; i < body->n_owned; i++)
+        piece[i] = -1;
     return count;
 }

@@ -26,25 +26,29 @@ PD_INLINE double mirror(const pd_body *b, pd_local i, pd_local j)
 }
 
 /* xi and the deformed bond Y from i to j; holds: bonds may enter a hold. */
-PD_INLINE void bond(const int d, const bool holds, const pd_body *b, pd_local i, pd_local j,
-                    double *xi, double *Y)
+PD_INLINE void bond(const int d, const bool holds, const pd_body *b, pd_local i,
+                    pd_local j, double *xi, double *Y)
 {
     const double *Xi = b->X + (size_t)i * d, *Xj = b->X + (size_t)j * d;
     const double *yi = b->y + (size_t)i * d, *yj = b->y + (size_t)j * d;
     subtract(d, Xj, Xi, xi);
     subtract(d, yj, yi, Y);
-    if (!holds) return;
+    if (!holds)
+        return;
     if (i < b->n_moving && j >= b->n_moving)
-        for (int c = 0; c < d; c++) Y[c] = xi[c] - mirror(b, i, j) * (yi[c] - Xi[c]);
+        for (int c = 0; c < d; c++)
+            Y[c] = xi[c] - mirror(b, i, j) * (yi[c] - Xi[c]);
     if (i >= b->n_moving && j < b->n_moving)
-        for (int c = 0; c < d; c++) Y[c] = xi[c] + mirror(b, j, i) * (yj[c] - Xj[c]);
+        for (int c = 0; c < d; c++)
+            Y[c] = xi[c] + mirror(b, j, i) * (yj[c] - Xj[c]);
 }
 
 /* K of point i, [kim2023] eq. 26, over bonds of weight > 0. */
 PD_INLINE void shape_tensor(const int d, const pd_body *b, pd_local i, double *K)
 {
     const double *X = b->X, *Xi = X + (size_t)i * d;
-    for (int c = 0; c < d * d; c++) K[c] = 0;
+    for (int c = 0; c < d * d; c++)
+        K[c] = 0;
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
         double xi[3];
         subtract(d, X + (size_t)b->families.neighbour[k] * d, Xi, xi);
@@ -58,15 +62,18 @@ PD_INLINE bool shape_inverse(const int d, const double *K, double *K_inverse)
     const double mean = trace(d, K) / d; /* >= 0, K is a sum of squares */
     double det_over_mean = 0, scaled[9];
     if (mean > 0) {
-        for (int c = 0; c < d * d; c++) scaled[c] = K[c] / mean;
+        for (int c = 0; c < d * d; c++)
+            scaled[c] = K[c] / mean;
         det_over_mean = determinant(d, scaled);
     }
     if (det_over_mean <= PD_SINGULAR_SHAPE) {
-        for (int c = 0; c < d * d; c++) K_inverse[c] = 0;
+        for (int c = 0; c < d * d; c++)
+            K_inverse[c] = 0;
         return false;
     }
     inverse(d, scaled, 1 / det_over_mean, K_inverse);
-    for (int c = 0; c < d * d; c++) K_inverse[c] /= mean;
+    for (int c = 0; c < d * d; c++)
+        K_inverse[c] /= mean;
     return true;
 }
 

@@ -25,7 +25,7 @@
 #include "status.h"
 #include "tensor.h"
 
-/* ---- preparation --------------------------------------------------------------------- */
+/* ---- preparation ---- */
 
 /* omega beta V_j of every bond, [kim2023] eqs 24 and 30; lengths are the pair's means. */
 static void weigh_bonds(pd_body *b)
@@ -58,7 +58,8 @@ PD_INLINE void invert_shape(const int d, pd_body *b, pd_local i)
 
 PD_INLINE void shape_points(const int d, pd_body *b)
 {
-    for (pd_local i = 0; i < b->n_active; i++) invert_shape(d, b, i);
+    for (pd_local i = 0; i < b->n_active; i++)
+        invert_shape(d, b, i);
 }
 
 static pd_status prepare(pd_body *b)
@@ -83,7 +84,7 @@ static pd_status prepare(pd_body *b)
     return pd_status_ok();
 }
 
-/* ---- deformation gradients and broken bonds ------------------------------------------ */
+/* ---- deformation gradients and broken bonds ---- */
 
 /* Break the bonds of point i whose stretch exceeds s_c; did any? */
 PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i,
@@ -93,8 +94,10 @@ PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
         double xi[3], Y[3];
         bond(d, holds, b, i, b->families.neighbour[k], xi, Y);
-        if (dot(d, Y, Y) <= s_c_squared * dot(d, xi, xi)) continue;
-        if (bond_is_broken(b, k)) continue;
+        if (dot(d, Y, Y) <= s_c_squared * dot(d, xi, xi))
+            continue;
+        if (bond_is_broken(b, k))
+            continue;
         pd_damage_break(b, k);
         any = true;
     }
@@ -124,8 +127,10 @@ PD_INLINE void gradient(const int d, const bool holds, pd_body *b, pd_local i)
 PD_INLINE void deform_point(const int d, const bool holds, pd_body *b, pd_local i)
 {
     const double s_c = b->options.critical_stretch;
-    if (s_c > 0 && break_bonds(d, holds, b, i, s_c * s_c)) invert_shape(d, b, i);
-    if (i < b->n_moving) gradient(d, holds, b, i);
+    if (s_c > 0 && break_bonds(d, holds, b, i, s_c * s_c))
+        invert_shape(d, b, i);
+    if (i < b->n_moving)
+        gradient(d, holds, b, i);
 }
 
 PD_INLINE void gradients(const int d, pd_body *b)
@@ -137,7 +142,7 @@ PD_INLINE void gradients(const int d, pd_body *b)
             deform_point(d, false, b, i);
 }
 
-/* ---- forces -------------------------------------------------------------------------- */
+/* ---- forces ---- */
 
 #define BLOCK 64 /* points whose P stays in the first-level cache */
 
@@ -154,7 +159,8 @@ PD_INLINE void stresses(const int d, pd_body *b)
                 multiply(d, P + (size_t)(i - start) * d * d,
                          b->K_inverse + (size_t)i * d * d, Q);
             else
-                for (int c = 0; c < d * d; c++) Q[c] = 0;
+                for (int c = 0; c < d * d; c++)
+                    Q[c] = 0;
         }
     }
 }
@@ -173,11 +179,13 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
         subtract(d, b->X + (size_t)j * (size_t)d, Xi, xi);
         for (int r = 0; r < d; r++) {
             double row = 0;
-            for (int c = 0; c < d; c++) row += (Qi[r * d + c] + Qj[r * d + c]) * xi[c];
+            for (int c = 0; c < d; c++)
+                row += (Qi[r * d + c] + Qj[r * d + c]) * xi[c];
             f[r] += w * row;
         }
     }
-    for (int r = 0; r < d; r++) b->force[(size_t)i * d + r] = f[r];
+    for (int r = 0; r < d; r++)
+        b->force[(size_t)i * d + r] = f[r];
 }
 
 PD_INLINE void all_forces(const int d, pd_body *b)

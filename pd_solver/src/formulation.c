@@ -10,6 +10,7 @@ const pd_formulation *const pd_formulations[] = {&pd_formulation_correspondence,
 const pd_formulation *pd_formulation_find(const char *name)
 {
     for (const pd_formulation *const *f = pd_formulations; *f; f++)
-        if (strcmp((*f)->name, name) == 0) return *f;
+        if (strcmp((*f)->name, name) == 0)
+            return *f;
     return NULL;
 }

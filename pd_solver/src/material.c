@@ -15,7 +15,7 @@ double pd_kappa_stab(double G, double nu_stab)
     return 2 * G * (1 + nu_stab) / (3 * (1 - 2 * nu_stab));
 }
 
-/* ---- modified neo-Hookean, [kim2023] eqs 43-45 -------------------------------------- */
+/* ---- modified neo-Hookean, [kim2023] eqs 43-45 ---- */
 
 static const pd_parameter neo_hookean_parameters[] = {
     {"G", "Pa", 0, HUGE_VAL, false, "shear modulus"},
@@ -39,7 +39,8 @@ PD_INLINE void neo_hookean_points(const int d, double G, double kappa, size_t n,
         inverse(d, F, 1 / J[p], F_inverse);
         for (int r = 0; r < d; r++)
             for (int c = 0; c < d; c++)
-                P[r * d + c] = isochoric * F[r * d + c] + volumetric * F_inverse[c * d + r];
+                P[r * d + c] =
+                    isochoric * F[r * d + c] + volumetric * F_inverse[c * d + r];
     }
 }
 
@@ -53,7 +54,8 @@ static void neo_hookean_stress(const double *parameters, int d, size_t n, const 
         neo_hookean_points(3, G, kappa, n, F, J, P);
 }
 
-static double neo_hookean_energy(const double *parameters, int d, const double *F, double J)
+static double neo_hookean_energy(const double *parameters, int d, const double *F,
+                                 double J)
 {
     const double G = parameters[0], kappa = pd_kappa_stab(G, parameters[1]);
     const double log_J = log(J);
@@ -76,13 +78,14 @@ static const pd_material neo_hookean = {
     .longitudinal_modulus = neo_hookean_modulus,
 };
 
-/* ---- the table ----------------------------------------------------------------------- */
+/* ---- the table ---- */
 
 const pd_material *const pd_materials[] = {&neo_hookean, NULL};
 
 const pd_material *pd_material_find(const char *name)
 {
     for (const pd_material *const *m = pd_materials; *m; m++)
-        if (strcmp((*m)->name, name) == 0) return *m;
+        if (strcmp((*m)->name, name) == 0)
+            return *m;
     return NULL;
 }

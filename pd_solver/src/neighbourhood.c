@@ -15,7 +15,8 @@
 static int64_t cell_along(const pd_cell_list *cells, const double *X, int a)
 {
     int64_t index = (int64_t)floor((X[a] - cells->origin[a]) / cells->size);
-    if (index < 0) return 0;
+    if (index < 0)
+        return 0;
     return index < cells->count[a] ? index : cells->count[a] - 1;
 }
 
@@ -47,8 +48,10 @@ static int64_t lay_out(pd_cell_list *cells)
         cells->size = fmax(cells->size, cells->ratio * cells->spacing[p] * (1 + 1e-9));
     for (;; cells->size *= 2) {
         double total = 1;
-        for (int a = 0; a < d; a++) total *= floor(extent[a] / cells->size) + 1;
-        if (total > 8. * cells->n + 64) continue;
+        for (int a = 0; a < d; a++)
+            total *= floor(extent[a] / cells->size) + 1;
+        if (total > 8. * cells->n + 64)
+            continue;
         for (int a = 0; a < d; a++)
             cells->count[a] = (int64_t)floor(extent[a] / cells->size) + 1;
         return (int64_t)total;
@@ -63,10 +66,13 @@ pd_status pd_cell_list_create(int d, pd_local n, const double *X, const double *
     cells->first = calloc((size_t)total + 1, sizeof *cells->first);
     cells->point = malloc((size_t)n * sizeof *cells->point);
     if (!cells->first || !cells->point)
-        return pd_status_fail(PD_NO_MEMORY, -1, "cell list of %lld cells", (long long)total);
+        return pd_status_fail(PD_NO_MEMORY, -1, "cell list of %lld cells",
+                              (long long)total);
 
-    for (pd_local p = 0; p < n; p++) cells->first[cell_of(cells, X + (size_t)p * d) + 1]++;
-    for (int64_t c = 0; c < total; c++) cells->first[c + 1] += cells->first[c];
+    for (pd_local p = 0; p < n; p++)
+        cells->first[cell_of(cells, X + (size_t)p * d) + 1]++;
+    for (int64_t c = 0; c < total; c++)
+        cells->first[c + 1] += cells->first[c];
     for (pd_local p = n - 1; p >= 0; p--) /* counts down so that cells keep their order */
         cells->point[--cells->first[cell_of(cells, X + (size_t)p * d) + 1]] = p;
     /* The loop above moved every first[c + 1] to where cell c begins. */
@@ -109,11 +115,14 @@ pd_local pd_cell_list_near(const pd_cell_list *cells, pd_local i, pd_local capac
         for (int64_t y = low[1]; y <= high[1]; y++)
             for (int64_t z = low[2]; z <= high[2]; z++) {
                 int64_t c = x * cells->count[1] + y;
-                if (cells->d == 3) c = c * cells->count[2] + z;
+                if (cells->d == 3)
+                    c = c * cells->count[2] + z;
                 for (pd_local k = cells->first[c]; k < cells->first[c + 1]; k++) {
                     const pd_local j = cells->point[k];
-                    if (j == i || !pd_bonded(cells, i, j)) continue;
-                    if (found < capacity) near[found] = j;
+                    if (j == i || !pd_bonded(cells, i, j))
+                        continue;
+                    if (found < capacity)
+                        near[found] = j;
                     found++;
                 }
             }
@@ -130,14 +139,17 @@ pd_status pd_families_create(const pd_cell_list *cells, pd_local n, pd_families 
 {
     *families = (pd_families){.n = n};
     families->first = malloc(((size_t)n + 1) * sizeof *families->first);
-    if (!families->first) return pd_status_fail(PD_NO_MEMORY, -1, "families of %d points", n);
+    if (!families->first)
+        return pd_status_fail(PD_NO_MEMORY, -1, "families of %d points", n);
 
     families->first[0] = 0;
     for (pd_local i = 0; i < n; i++)
-        families->first[i + 1] = families->first[i] + pd_cell_list_near(cells, i, 0, NULL);
+        families->first[i + 1] =
+            families->first[i] + pd_cell_list_near(cells, i, 0, NULL);
     const size_t bonds = (size_t)families->first[n];
     families->neighbour = malloc((bonds ? bonds : 1) * sizeof *families->neighbour);
-    if (!families->neighbour) return pd_status_fail(PD_NO_MEMORY, -1, "%zu bonds", bonds);
+    if (!families->neighbour)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%zu bonds", bonds);
 
     for (pd_local i = 0; i < n; i++) {
         pd_local *family = families->neighbour + families->first[i];

@@ -12,13 +12,13 @@
 typedef struct {
     int d;
     pd_local n;
-    const double *X;       /* [n][d], borrowed */
-    const double *spacing; /* [n], borrowed */
-    double ratio;          /* horizon / spacing */
+    const double *X;        /* [n][d], borrowed */
+    const double *spacing;  /* [n], borrowed */
+    double ratio;           /* horizon / spacing */
     double origin[3], size; /* m */
     int64_t count[3];
-    pd_local *first;  /* [cells + 1] into point */
-    pd_local *point;  /* [n] */
+    pd_local *first; /* [cells + 1] into point */
+    pd_local *point; /* [n] */
 } pd_cell_list;
 
 /* Bonds of points [0, n): first[n + 1] into neighbour, each family in rising order. */
@@ -42,7 +42,8 @@ pd_local pd_cell_list_near(const pd_cell_list *cells, pd_local i, pd_local capac
                            pd_local *near);
 
 /* Families of points [0, n). Freed by pd_families_free, also after an error. */
-pd_status pd_families_create(const pd_cell_list *cells, pd_local n, pd_families *families);
+pd_status pd_families_create(const pd_cell_list *cells, pd_local n,
+                             pd_families *families);
 void pd_families_free(pd_families *families);
 
 #endif

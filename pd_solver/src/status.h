@@ -21,10 +21,11 @@ pd_status pd_status_ok(void);
 pd_status pd_status_fail(pd_code code, pd_global point, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-#define PD_TRY(call)                                                                       \
-    do {                                                                                   \
-        pd_status status_ = (call);                                                        \
-        if (status_.code != PD_OK) return status_;                                         \
+#define PD_TRY(call)                                                                     \
+    do {                                                                                 \
+        pd_status status_ = (call);                                                      \
+        if (status_.code != PD_OK)                                                       \
+            return status_;                                                              \
     } while (0)
 
 #endif

@@ -14,37 +14,44 @@
 PD_INLINE double dot(const int d, const double *a, const double *b)
 {
     double sum = 0;
-    for (int c = 0; c < d; c++) sum += a[c] * b[c];
+    for (int c = 0; c < d; c++)
+        sum += a[c] * b[c];
     return sum;
 }
 
 PD_INLINE void subtract(const int d, const double *a, const double *b, double *result)
 {
-    for (int c = 0; c < d; c++) result[c] = a[c] - b[c];
+    for (int c = 0; c < d; c++)
+        result[c] = a[c] - b[c];
 }
 
 PD_INLINE void identity(const int d, double *T)
 {
-    for (int c = 0; c < d * d; c++) T[c] = c % (d + 1) == 0;
+    for (int c = 0; c < d * d; c++)
+        T[c] = c % (d + 1) == 0;
 }
 
 /* T += w a (x) b */
-PD_INLINE void add_dyad(const int d, double w, const double *a, const double *b, double *T)
+PD_INLINE void add_dyad(const int d, double w, const double *a, const double *b,
+                        double *T)
 {
     for (int r = 0; r < d; r++)
-        for (int c = 0; c < d; c++) T[r * d + c] += w * a[r] * b[c];
+        for (int c = 0; c < d; c++)
+            T[r * d + c] += w * a[r] * b[c];
 }
 
 PD_INLINE double trace(const int d, const double *T)
 {
     double sum = 0;
-    for (int c = 0; c < d; c++) sum += T[c * d + c];
+    for (int c = 0; c < d; c++)
+        sum += T[c * d + c];
     return sum;
 }
 
 PD_INLINE double determinant(const int d, const double *T)
 {
-    if (d == 2) return T[0] * T[3] - T[1] * T[2];
+    if (d == 2)
+        return T[0] * T[3] - T[1] * T[2];
     return T[0] * (T[4] * T[8] - T[5] * T[7]) - T[1] * (T[3] * T[8] - T[5] * T[6]) +
            T[2] * (T[3] * T[7] - T[4] * T[6]);
 }
@@ -74,7 +81,8 @@ PD_INLINE void multiply(const int d, const double *A, const double *B, double *C
     for (int r = 0; r < d; r++)
         for (int c = 0; c < d; c++) {
             double sum = 0;
-            for (int k = 0; k < d; k++) sum += A[r * d + k] * B[k * d + c];
+            for (int k = 0; k < d; k++)
+                sum += A[r * d + k] * B[k * d + c];
             C[r * d + c] = sum;
         }
 }

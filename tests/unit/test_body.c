@@ -293,8 +293,8 @@ static void held_points_come_last_and_out_of_reach_ones_at_the_end(void **state)
     points_free(&cloud);
 }
 
-/* *context: slope a[3] of y = X + a (X_0 - HOLD_END), which leaves the plane where the held
- * columns end in place; the held columns stay as they are. */
+/* *context: slope a[3] of y = X + a (X_0 - HOLD_END), which leaves the plane where the
+ * held columns end in place; the held columns stay as they are. */
 #define HOLD_END 0.6
 
 static void shear_free_columns(const double *X, const void *context, double *y)
@@ -349,9 +349,9 @@ static void force_beside_the_hold_is_minus_the_derivative_of_the_energy(void **s
             /* Central differences err by step^2 times the third derivative and by
              * round-off of the energy over the step: 1e-7 of the scale is above both. */
             const double step = 1e-6;
-            const double slope_of_energy = (energy_with(body, p, a, step) -
-                                            energy_with(body, p, a, -step)) /
-                                           (2 * step);
+            const double slope_of_energy =
+                (energy_with(body, p, a, step) - energy_with(body, p, a, -step)) /
+                (2 * step);
             assert_ok(pd_body_forces(body));
             const double scale = 350 / 0.1 * view.volume[p]; /* modulus / spacing V */
             assert_near(view.volume[p] * view.force[2 * p + a], -slope_of_energy,
