@@ -51,35 +51,60 @@ typedef struct {
     char message[256]; /* holds the value and the bound; empty when code is PD_OK */
 } pd_status;
 
-/* ---- materials ---- */
+/* ---- parameters ---- */
 
-/* One number that a material is made of, as a dictionary key. */
+/* One number that a material or a formulation is made of, as a dictionary key. */
 typedef struct {
     const char *key;     /* "G" */
     const char *unit;    /* SI, "Pa" */
     double above, below; /* allowed: above < value < below, unless ... */
     bool includes_above; /* ... above itself is allowed too */
     const char *meaning;
+    enum { PD_NUMBER = 0, PD_INTEGER, PD_FLAG } kind; /* a flag is 0 or 1 */
+    bool optional;
+    double standard; /* what it is when absent, if optional */
 } pd_parameter;
 
 #define PD_MAX_PARAMETERS 8
 
+/* ---- materials ---- */
+
+/* What two dimensions mean. Without effect in one and three. */
+typedef enum { PD_PLANE_STRAIN = 0, PD_PLANE_STRESS, PD_PLANES } pd_plane;
+
+/* A symmetric tensor in a material's history: 11 22 33 12 23 13. */
+#define PD_SYMMETRIC 6
+
+/*
+ * A material has a stress (hyperelastic), an update (rate form), both, or neither: then
+ * it only gives moduli, for formulations that need no more.
+ */
 typedef struct {
     const char *name;   /* word in dictionaries */
     const char *source; /* where the equations stand */
     int n_parameters;
     const pd_parameter *parameters; /* [n_parameters] */
 
+    /* Bulk and shear modulus at rest (Pa). bulk < 0: not defined by the material. */
+    void (*moduli)(const double *parameters, double *bulk, double *shear);
+
     /* First Piola-Kirchhoff stress P[n][d][d] (Pa) from F[n][d][d] (-) and J[n] = det F,
-     * J > 0 required. In two dimensions plane strain, F33 = 1. */
-    void (*stress)(const double *parameters, int d, size_t n, const double *F,
-                   const double *J, double *P);
+     * J > 0 required. [PD_PLANE_STRAIN] serves d = 3 too, and has F33 = 1 in d = 2;
+     * [PD_PLANE_STRESS] is for d = 2 alone: P33 = 0, J that of the plane. NULL: none. */
+    void (*stress[PD_PLANES])(const double *parameters, int d, size_t n, const double *F,
+                              const double *J, double *P);
 
-    /* Strain energy density Psi (J/m3) from F[d][d]. */
-    double (*energy)(const double *parameters, int d, const double *F, double J);
+    /* Strain energy density Psi (J/m3) from F[d][d]; as stress. */
+    double (*energy[PD_PLANES])(const double *parameters, int d, const double *F,
+                                double J);
 
-    /* Modulus of longitudinal waves at rest, rho c^2 (Pa). */
-    double (*longitudinal_modulus)(const double *parameters);
+    /* Advance Cauchy stress sigma[n][PD_SYMMETRIC] (Pa) and equivalent plastic strain
+     * plastic[n] (-; NULL when the material has none) over a step, from the gradient
+     * G[n][d][d] (-) of the displacement in the step with respect to the positions at its
+     * middle. NULL: no rate form for that plane. */
+    void (*update[PD_PLANES])(const double *parameters, int d, size_t n, const double *G,
+                              double *sigma, double *plastic);
+    bool is_plastic; /* update uses plastic */
 } pd_material;
 
 /* Null-terminated table of all materials. */
@@ -88,6 +113,10 @@ PD_API extern const pd_material *const pd_materials[];
 /* The material of that name, or NULL. */
 PD_API const pd_material *pd_material_find(const char *name);
 
+/* Modulus of longitudinal waves at rest, rho c^2 (Pa). */
+PD_API double pd_longitudinal_modulus(const pd_material *material,
+                                      const double *parameters, int d, pd_plane plane);
+
 /* kappa_stab from G and nu_stab, [kim2023] eq. 45 (Pa). */
 PD_API double pd_kappa_stab(double G, double nu_stab);
 
@@ -95,22 +124,47 @@ PD_API double pd_kappa_stab(double G, double nu_stab);
 
 typedef struct pd_body pd_body;
 
+/* Criteria by which bonds can break; bits. */
+enum { PD_BY_STRETCH = 1, PD_BY_STRESS = 2, PD_BY_PLASTIC_STRAIN = 4 };
+
 typedef struct {
     const char *name;   /* word in dictionaries */
     const char *source; /* where the equations stand */
-    bool corresponds;   /* uses a pd_material through a deformation gradient */
+    bool corresponds;   /* the material's P(F) with an F that is exact for affine maps */
+    int least_dimension;
+    int criteria; /* bits: how its bonds can break */
+    int n_parameters;
+    const pd_parameter *parameters; /* [n_parameters] */
 
-    /* What the formulation derives once from a new body. */
+    /* Does it work with this material, in this dimension and plane? */
+    bool (*accepts)(const pd_material *material, int d, pd_plane plane);
+
+    /* What the formulation derives once from a new body, and again when bonds have been
+     * broken by hand. */
     pd_status (*prepare)(pd_body *body);
+
+    /* Free what prepare allocated; NULL: nothing. */
+    void (*release)(pd_body *body);
 
     /* Fill force (N/m3), F, J; break bonds if the body can be damaged. */
     void (*forces)(pd_body *body);
 
-    /* Strain energy of the owned points (J). */
+    /* Integrate the history over a step, see pd_body_advance; NULL: there is none. */
+    void (*advance)(pd_body *body, double dt, double at);
+
+    /* Strain energy of the owned points (J); NULL: not defined. */
     double (*energy)(const pd_body *body);
+
+    /* Cauchy stress sigma[n_owned][PD_SYMMETRIC] (Pa) and plastic[n_owned], the family's
+     * mean of the equivalent plastic strain; either may be NULL. */
+    void (*stress)(const pd_body *body, double *sigma, double *plastic);
 
     /* Fastest wave of the undeformed solid (m/s). */
     double (*wave_speed)(const pd_body *body);
+
+    /* Upper bound of the square of the highest frequency that each moving point takes
+     * part in, omega2[n_moving] (1/s2), by rows of the stiffness at rest. */
+    void (*frequency)(const pd_body *body, double *omega2);
 } pd_formulation;
 
 /* Null-terminated table of all formulations. */
@@ -129,13 +183,22 @@ PD_API const pd_formulation *pd_formulation_find(const char *name);
 /* Volume ratio below which a point counts as inverted. */
 #define PD_SMALLEST_J 1e-3
 
+/* At most one criterion of damage is not 0; bonds cannot break when all are. */
 typedef struct {
-    int dimension;           /* d, 2 or 3 */
-    double horizon_ratio;    /* m = horizon / point spacing, - */
-    double density;          /* rho, kg/m3 */
-    double damping;          /* eta in the force density -eta v, kg/(m3 s) */
-    double critical_stretch; /* s_c = |xi + eta|/|xi|, -; 0: bonds cannot break */
+    int dimension;        /* d, 1 (bond alone), 2 or 3 */
+    pd_plane plane;       /* in two dimensions */
+    double horizon_ratio; /* m = horizon / point spacing, - */
+    double density;       /* rho, kg/m3 */
+    double damping;       /* eta in the force density -eta v, kg/(m3 s) */
+
+    double critical_stretch; /* PD_BY_STRETCH: s_c = |xi + eta|/|xi| > 1, - */
+    double energy_release;   /* PD_BY_STRETCH: G_c > 0, J/m2, which gives s_c */
+    double critical_stress;  /* PD_BY_STRESS: von Mises stress of a bond, Pa */
+    double failed_strain;    /* PD_BY_PLASTIC_STRAIN: where a bond has lost all, - */
+    double sound_strain;     /* ... and up to where it has lost nothing, - */
+
     const pd_formulation *formulation;
+    double formulation_parameters[PD_MAX_PARAMETERS]; /* in its table's order */
     const pd_material *material;
     double parameters[PD_MAX_PARAMETERS]; /* of the material, in its table's order */
 } pd_body_options;
@@ -201,6 +264,10 @@ PD_API void pd_body_destroy(pd_body *body);
  * Before the first pd_body_forces. Errors: PD_NO_MEMORY, PD_BAD_ARGUMENT (degenerate). */
 PD_API pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle);
 
+/* Let no bond of the points with protect[n] non-zero (caller's numbers, as at creation)
+ * break. Before the first pd_body_forces. Errors: PD_NO_MEMORY. */
+PD_API pd_status pd_body_protect(pd_body *body, const unsigned char *protect);
+
 /* Set the dead load: force density b[n_owned][d] (N/m3), copied; NULL removes it. */
 PD_API pd_status pd_body_load(pd_body *body, const double *b);
 
@@ -213,6 +280,21 @@ PD_API const pd_body_options *pd_body_settings(const pd_body *body);
  * Errors: PD_NOT_FINITE, PD_INVERTED (only when bonds cannot break; else the point
  * carries no stress and is counted). */
 PD_API pd_status pd_body_forces(pd_body *body);
+
+/*
+ * Integrate the history of rate-form materials over a step dt (s) with the velocities v,
+ * which are those at the middle of the step; y stands where the step is `at` of the way
+ * through (0: its start, 0.5: its middle) and has not changed since pd_body_forces.
+ * Nothing happens in bodies without a history. Collective. Errors: PD_NOT_FINITE.
+ */
+PD_API pd_status pd_body_advance(pd_body *body, double dt, double at);
+
+/* Does the body have a history that pd_body_advance integrates? */
+PD_API bool pd_body_has_history(const pd_body *body);
+
+/* Cauchy stress sigma[n_owned][PD_SYMMETRIC] (Pa; 33 too in two dimensions) and
+ * equivalent plastic strain plastic[n_owned] (-) of points; either may be NULL. */
+PD_API void pd_body_stress(const pd_body *body, double *sigma, double *plastic);
 
 /* Local damage phi in [0, 1] of owned points, damage[n_owned], [kim2023] eq. 18. */
 PD_API void pd_body_damage(const pd_body *body, double *damage);
@@ -228,11 +310,70 @@ PD_API pd_summary pd_body_summary(const pd_body *body);
 /* Fastest wave at rest (m/s). */
 PD_API double pd_body_wave_speed(const pd_body *body);
 
+/* s_c as a ratio |xi + eta|/|xi| of the bond from i to j (points of one family): given,
+ * or from G_c, [han2025] eq. 18, with the pair's horizon; 0: bonds break otherwise. */
+PD_API double pd_body_critical_stretch(const pd_body *body, pd_local i, pd_local j);
+
 /* Bonds of point p: the count (0 for a point that keeps no family), and borrowed
  * neighbour indices [count]. For tests and post-processing. */
 PD_API pd_local pd_body_family(const pd_body *body, pd_local p,
                                const pd_local **neighbour);
 PD_API bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k);
+
+/* ---- time ---- */
+
+/* Points whose components of position are prescribed, instead of moving by force. */
+typedef struct {
+    size_t n;
+    const pd_local *point;           /* [n] in [0, n_moving) */
+    const unsigned char *components; /* [n] bits: 1 along the first axis, 2, 4 */
+    const double *y;                 /* [n][d] where they are when the step ends, m */
+} pd_prescribed;
+
+typedef struct {
+    const char *name;   /* word in dictionaries */
+    const char *source; /* where the equations stand */
+
+    /* One step, see pd_body_step. */
+    pd_status (*step)(pd_body *body, double dt, const pd_prescribed *prescribed);
+} pd_integrator;
+
+/* Null-terminated table of all integrators. */
+PD_API extern const pd_integrator *const pd_integrators[];
+
+/* The integrator of that name, or NULL. */
+PD_API const pd_integrator *pd_integrator_find(const char *name);
+
+/*
+ * Move the body by dt (s): positions, velocities, history and, after it, the forces at
+ * the new positions, which pd_body_forces must have filled once before the first step. A
+ * dead load is taken as it is set. prescribed may be NULL. Collective. Errors: as
+ * pd_body_forces; y and v are then those of the failed step.
+ */
+PD_API pd_status pd_body_step(pd_body *body, const pd_integrator *integrator, double dt,
+                              const pd_prescribed *prescribed);
+
+/* Largest stable dt of the integrators at rest (s), from the formulation's bounds and
+ * from damping. Collective. */
+PD_API double pd_body_stable_step(const pd_body *body);
+
+/*
+ * Dynamic relaxation towards the static answer, [kilic2010]: velocities of a fictitious
+ * mass and a damping that adapts. y moves; v holds the fictitious velocity, and is set to
+ * zero when the state is destroyed.
+ */
+typedef struct pd_relaxation pd_relaxation;
+
+/* Borrow the body for relaxing. Followed by pd_relaxation_destroy. Errors: PD_NO_MEMORY,
+ * PD_BAD_ARGUMENT (the body has a history). */
+PD_API pd_status pd_relaxation_create(pd_body *body, pd_relaxation **relaxation);
+PD_API void pd_relaxation_destroy(pd_relaxation *relaxation);
+
+/* One iteration, with the forces at the new positions. Prescribed components are at
+ * prescribed->y after it. *residual: the norm of the unbalanced forces over that of the
+ * loads, reactions included (-). Errors: as pd_body_forces. */
+PD_API pd_status pd_relaxation_step(pd_relaxation *relaxation,
+                                    const pd_prescribed *prescribed, double *residual);
 
 /* ---- the pieces of theory that stand alone ---- */
 

@@ -89,6 +89,86 @@ static pd_status order_points(pd_body *b, const pd_cell_list *cells,
 
 /* ---- creation ---- */
 
+static pd_status check_parameters(int n, const pd_parameter *parameters,
+                                  const double *values)
+{
+    for (int k = 0; k < n; k++) {
+        const pd_parameter *p = &parameters[k];
+        const double value = values[k];
+        if (!(usable(value) && value < p->below &&
+              (value > p->above || (p->includes_above && value == p->above))))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1, "%s %g; allowed: %s %g, below %g",
+                                  p->key, value, p->includes_above ? "at least" : "above",
+                                  p->above, p->below);
+        if (p->kind != PD_NUMBER && value != floor(value))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1, "%s %g; allowed: an integer",
+                                  p->key, value);
+    }
+    return pd_status_ok();
+}
+
+static pd_status check_model(const pd_body_options *o)
+{
+    if (!o->formulation)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "no formulation");
+    if (!o->material)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "no material");
+    if (o->dimension < o->formulation->least_dimension)
+        return pd_status_fail(
+            PD_BAD_ARGUMENT, -1, "formulation %s in %d dimension; allowed: at least %d",
+            o->formulation->name, o->dimension, o->formulation->least_dimension);
+    if (!o->formulation->accepts(o->material, o->dimension, o->plane))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                              "formulation %s does not take the material %s%s",
+                              o->formulation->name, o->material->name,
+                              o->dimension != 2             ? ""
+                              : o->plane == PD_PLANE_STRESS ? " in plane stress"
+                                                            : " in plane strain");
+    PD_TRY(check_parameters(o->material->n_parameters, o->material->parameters,
+                            o->parameters));
+    return check_parameters(o->formulation->n_parameters, o->formulation->parameters,
+                            o->formulation_parameters);
+}
+
+static pd_status check_damage(const pd_body_options *o)
+{
+    const struct {
+        const char *name;
+        double value, above;
+        int criterion;
+    } criteria[] = {
+        {"critical stretch", o->critical_stretch, 1, PD_BY_STRETCH},
+        {"energy release rate", o->energy_release, 0, PD_BY_STRETCH},
+        {"critical stress", o->critical_stress, 0, PD_BY_STRESS},
+        {"failed strain", o->failed_strain, 0, PD_BY_PLASTIC_STRAIN},
+    };
+    int given = 0;
+    for (size_t k = 0; k < sizeof criteria / sizeof *criteria; k++) {
+        const double value = criteria[k].value;
+        if (!(usable(value) && (value == 0 || value > criteria[k].above)))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                                  "%s %g; allowed: above %g, or 0 for no damage",
+                                  criteria[k].name, value, criteria[k].above);
+        if (value > 0 && !(o->formulation->criteria & criteria[k].criterion))
+            return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                                  "bonds of formulation %s cannot break by %s",
+                                  o->formulation->name, criteria[k].name);
+        given += value > 0;
+    }
+    if (given > 1)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "%d criteria of damage; allowed: one",
+                              given);
+    if (!(usable(o->sound_strain) && o->sound_strain >= 0 &&
+          (o->failed_strain == 0 || o->sound_strain <= o->failed_strain)))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                              "sound strain %g; allowed: 0 to the failed strain, %g",
+                              o->sound_strain, o->failed_strain);
+    if (o->energy_release > 0 && o->dimension == 1)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1,
+                              "an energy release rate in 1 dimension; allowed: 2, 3");
+    return pd_status_ok();
+}
+
 static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n)
 {
     if (comm != MPI_COMM_NULL) {
@@ -98,9 +178,12 @@ static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n
             return pd_status_fail(PD_BAD_ARGUMENT, -1, "%d ranks; this version runs on 1",
                                   size);
     }
-    if (o->dimension != 2 && o->dimension != 3)
-        return pd_status_fail(PD_BAD_ARGUMENT, -1, "dimension %d; allowed: 2, 3",
+    if (o->dimension < 1 || o->dimension > 3)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "dimension %d; allowed: 1, 2, 3",
                               o->dimension);
+    if (o->plane != PD_PLANE_STRAIN && o->plane != PD_PLANE_STRESS)
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "plane %d; allowed: 0, 1",
+                              (int)o->plane);
     if (n < 1 || n > INT32_MAX / 16)
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "%zu points; allowed: 1 to %d", n,
                               INT32_MAX / 16);
@@ -114,25 +197,8 @@ static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n
     if (!(usable(o->damping) && o->damping >= 0))
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "damping %g; allowed: 0 or above",
                               o->damping);
-    if (!(usable(o->critical_stretch) &&
-          (o->critical_stretch == 0 || o->critical_stretch > 1)))
-        return pd_status_fail(PD_BAD_ARGUMENT, -1,
-                              "critical stretch %g; allowed: above 1, or 0 for no damage",
-                              o->critical_stretch);
-    if (!o->formulation)
-        return pd_status_fail(PD_BAD_ARGUMENT, -1, "no formulation");
-    if (o->formulation->corresponds && !o->material)
-        return pd_status_fail(PD_BAD_ARGUMENT, -1, "no material");
-    for (int k = 0; o->material && k < o->material->n_parameters; k++) {
-        const pd_parameter *p = &o->material->parameters[k];
-        const double value = o->parameters[k];
-        if (!(usable(value) && value < p->below &&
-              (value > p->above || (p->includes_above && value == p->above))))
-            return pd_status_fail(PD_BAD_ARGUMENT, -1, "%s %g; allowed: %s %g, below %g",
-                                  p->key, value, p->includes_above ? "at least" : "above",
-                                  p->above, p->below);
-    }
-    return pd_status_ok();
+    PD_TRY(check_model(o));
+    return check_damage(o);
 }
 
 static pd_status check_points(int d, size_t n, const double *X, const double *volume)
@@ -175,7 +241,9 @@ static void fill(pd_body *b, const double *X, const double *volume, const place 
         const size_t from = (size_t)(places ? places[i].point : i);
         b->id[i] = (pd_global)from;
         b->volume[i] = volume[from];
-        b->spacing[i] = d == 2 ? sqrt(volume[from]) : cbrt(volume[from]);
+        b->spacing[i] = d == 1   ? volume[from]
+                        : d == 2 ? sqrt(volume[from])
+                                 : cbrt(volume[from]);
         b->J[i] = 1;
         identity(d, b->F + (size_t)i * d * d);
         for (int a = 0; a < d; a++) {
@@ -262,7 +330,7 @@ static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double
     PD_TRY(measure_holds(b));
     PD_TRY(b->options.formulation->prepare(b));
     PD_TRY(check_families(b));
-    if (b->options.critical_stretch > 0)
+    if (pd_body_can_break(&b->options))
         PD_TRY(pd_damage_allocate(b));
     return pd_status_ok();
 }
@@ -279,6 +347,8 @@ pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n
         return pd_status_fail(PD_NO_MEMORY, -1, "a body");
     b->comm = MPI_COMM_NULL;
     b->options = *options;
+    if (b->options.dimension != 2)
+        b->options.plane = PD_PLANE_STRAIN; /* the index of three-dimensional stress */
     b->n_owned = b->n_local = (pd_local)n;
     const pd_status status = create(b, comm, X, volume, held);
     if (status.code == PD_OK)
@@ -292,12 +362,15 @@ void pd_body_destroy(pd_body *b)
 {
     if (!b)
         return;
+    if (b->options.formulation->release)
+        b->options.formulation->release(b);
     if (b->comm != MPI_COMM_NULL)
         MPI_Comm_free(&b->comm);
     void *arrays[] = {b->id,     b->X,         b->y,       b->v,
                       b->volume, b->spacing,   b->force,   b->F,
                       b->J,      b->load,      b->weight,  b->broken,
-                      b->Q,      b->K_inverse, b->carries, b->hold_distance};
+                      b->Q,      b->K_inverse, b->carries, b->hold_distance,
+                      b->protect};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free(arrays[k]);
     pd_families_free(&b->families);
@@ -361,6 +434,26 @@ pd_local pd_body_family(const pd_body *b, pd_local p, const pd_local **neighbour
     return (pd_local)(b->families.first[p + 1] - b->families.first[p]);
 }
 
+double pd_longitudinal_modulus(const pd_material *material, const double *parameters,
+                               int d, pd_plane plane)
+{
+    double K, G;
+    material->moduli(parameters, &K, &G);
+    const double E = 9 * K * G / (3 * K + G);
+    if (d == 1)
+        return E;
+    if (d == 2 && plane == PD_PLANE_STRESS)
+        return 4 * G * (3 * K + G) / (3 * K + 4 * G);
+    return K + 4. / 3 * G;
+}
+
+double pd_body_longitudinal_speed(const pd_body *b)
+{
+    return sqrt(pd_longitudinal_modulus(b->options.material, b->options.parameters,
+                                        b->options.dimension, b->options.plane) /
+                b->options.density);
+}
+
 double pd_body_wave_speed(const pd_body *b)
 {
     return b->options.formulation->wave_speed(b);
@@ -391,7 +484,7 @@ static pd_status check_finite(const pd_body *b, const double *values, pd_local n
 
 static pd_status check_inversion(const pd_body *b)
 {
-    if (b->options.critical_stretch > 0 || !b->carries)
+    if (pd_body_can_break(&b->options) || !b->carries)
         return pd_status_ok();
     for (pd_local i = 0; i < b->n_active; i++)
         if (b->carries[i] == PD_POINT_INVERTED)
@@ -417,6 +510,25 @@ pd_status pd_body_forces(pd_body *b)
             b->force[k] += b->load[k];
     PD_TRY(check_finite(b, b->force, b->n_active, "force"));
     return check_inversion(b);
+}
+
+bool pd_body_has_history(const pd_body *b)
+{
+    return b->options.formulation->advance;
+}
+
+pd_status pd_body_advance(pd_body *b, double dt, double at)
+{
+    if (!b->options.formulation->advance)
+        return pd_status_ok();
+    PD_TRY(check_finite(b, b->v, b->n_moving, "velocity"));
+    b->options.formulation->advance(b, dt, at);
+    return pd_status_ok();
+}
+
+void pd_body_stress(const pd_body *b, double *sigma, double *plastic)
+{
+    b->options.formulation->stress(b, sigma, plastic);
 }
 
 /* ---- summary ---- */
@@ -458,7 +570,8 @@ pd_summary pd_body_summary(const pd_body *b)
         s.mean_volume_change = s.sum_volume_change / volume;
     else
         s.smallest_J = s.largest_J = 1;
-    s.strain_energy = b->options.formulation->energy(b);
+    if (b->options.formulation->energy)
+        s.strain_energy = b->options.formulation->energy(b);
     count_bonds(b, &s);
     return s;
 }

@@ -31,10 +31,24 @@ struct pd_body {
      * where nothing is held. */
     double *hold_distance;
 
+    unsigned char *protect; /* [n_owned] no bond of the point breaks; or NULL */
+
+    void *own; /* the formulation's, freed by its release; or NULL */
+
     /* correspondence */
     double *K_inverse;      /* [n_active][d][d], m-(d+2); 0 where K is near singular */
     double *Q;              /* [n_active][d][d] P K^-1 */
     unsigned char *carries; /* [n_active] PD_SOUND or why not */
 };
+
+/* Can bonds break? */
+static inline bool pd_body_can_break(const pd_body_options *o)
+{
+    return o->critical_stretch > 0 || o->energy_release > 0 || o->critical_stress > 0 ||
+           o->failed_strain > 0;
+}
+
+/* Speed of longitudinal waves of the material (m/s). */
+double pd_body_longitudinal_speed(const pd_body *b);
 
 #endif

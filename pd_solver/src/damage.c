@@ -52,6 +52,40 @@ void pd_body_damage(const pd_body *body, double *damage)
     }
 }
 
+pd_status pd_body_protect(pd_body *body, const unsigned char *protect)
+{
+    if (!body->protect)
+        body->protect = malloc((size_t)body->n_local);
+    if (!body->protect)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", body->n_local);
+    for (pd_local i = 0; i < body->n_local; i++)
+        body->protect[i] = protect[body->id[i]] != 0;
+    return pd_status_ok();
+}
+
+/* Bulk modulus of the plane or of space, that of [han2025] eq. 18. */
+static double bulk_modulus(const pd_body_options *o)
+{
+    double K, G;
+    o->material->moduli(o->parameters, &K, &G);
+    if (o->dimension == 3)
+        return K;
+    if (o->plane == PD_PLANE_STRESS)
+        return 9 * K * G / (3 * K + 4 * G); /* E / (2 (1 - nu)) */
+    return K + G / 3;
+}
+
+double pd_body_critical_stretch(const pd_body *body, pd_local i, pd_local j)
+{
+    const double pi = 3.14159265358979323846;
+    const pd_body_options *o = &body->options;
+    if (o->energy_release == 0)
+        return o->critical_stretch;
+    const double horizon = o->horizon_ratio * 0.5 * (body->spacing[i] + body->spacing[j]);
+    const double share = o->dimension == 3 ? 5. / 9 : pi / 3;
+    return 1 + sqrt(share * o->energy_release / (bulk_modulus(o) * horizon));
+}
+
 /* ---- pre-cracks ---- */
 
 static void cross(const double *a, const double *b, double *c)
@@ -95,10 +129,9 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
     const int d = body->options.dimension;
     pd_rectangle r = *rectangle;
     for (int c = 0; c < d; c++)
-        if (!(usable(r.corner[c]) && usable(r.edge1[c]) &&
-              (d == 2 || usable(r.edge2[c]))))
+        if (!(usable(r.corner[c]) && usable(r.edge1[c]) && (d < 3 || usable(r.edge2[c]))))
             return pd_status_fail(PD_BAD_ARGUMENT, -1, "a pre-crack that is not finite");
-    if (d == 2) {
+    if (d < 3) {
         /* A strip through the plane, whatever its depth. */
         r.corner[2] = -1, r.edge1[2] = 0;
         r.edge2[0] = r.edge2[1] = 0, r.edge2[2] = 2;

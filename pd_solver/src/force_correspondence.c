@@ -151,8 +151,9 @@ PD_INLINE void stresses(const int d, pd_body *b)
     double P[BLOCK * 9];
     for (pd_local start = 0; start < b->n_moving; start += BLOCK) {
         const pd_local end = start + BLOCK < b->n_moving ? start + BLOCK : b->n_moving;
-        b->options.material->stress(b->options.parameters, d, (size_t)(end - start),
-                                    b->F + (size_t)start * d * d, b->J + start, P);
+        b->options.material->stress[b->options.plane](
+            b->options.parameters, d, (size_t)(end - start), b->F + (size_t)start * d * d,
+            b->J + start, P);
         for (pd_local i = start; i < end; i++) {
             double *Q = b->Q + (size_t)i * d * d;
             if (b->carries[i] == PD_SOUND)
@@ -213,24 +214,76 @@ static double energy(const pd_body *b)
     double sum = 0;
     for (pd_local i = 0; i < b->n_moving; i++)
         if (b->carries[i] == PD_SOUND)
-            sum += b->volume[i] * b->options.material->energy(b->options.parameters, d,
-                                                              b->F + (size_t)i * d * d,
-                                                              b->J[i]);
+            sum += b->volume[i] *
+                   b->options.material->energy[b->options.plane](
+                       b->options.parameters, d, b->F + (size_t)i * d * d, b->J[i]);
     return sum;
 }
 
-static double wave_speed(const pd_body *b)
+static bool accepts(const pd_material *material, int d, pd_plane plane)
 {
-    return sqrt(b->options.material->longitudinal_modulus(b->options.parameters) /
-                b->options.density);
+    return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
+}
+
+/* The force is B^T C B u with B: u -> F - 1, whose rows and columns sum to at most
+ * 2 sum_k w_k |K^-1 xi_k|; omega^2 <= (M / rho) row sum x column sum. */
+static void frequency(const pd_body *b, double *omega2)
+{
+    const int d = b->options.dimension;
+    const double c = pd_body_longitudinal_speed(b);
+    double *row = omega2, widest = 0;
+    for (pd_local i = 0; i < b->n_moving; i++) {
+        double sum = 0;
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            double xi[3], K_xi[3] = {0};
+            const pd_local j = b->families.neighbour[k];
+            subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+            for (int r = 0; r < d; r++)
+                K_xi[r] = dot(d, b->K_inverse + (size_t)i * d * d + r * d, xi);
+            sum += b->weight[k] * sqrt(dot(d, K_xi, K_xi));
+        }
+        row[i] = 2 * sum;
+        widest = fmax(widest, row[i]);
+    }
+    for (pd_local i = 0; i < b->n_moving; i++)
+        omega2[i] = c * c * row[i] * widest;
+}
+
+/* P F^T / J; in two dimensions without the stress across the plane. */
+static void stress(const pd_body *b, double *sigma, double *plastic)
+{
+    const int d = b->options.dimension;
+    const int place[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    for (pd_local i = 0; i < b->n_owned; i++) {
+        if (plastic)
+            plastic[i] = 0;
+        if (!sigma)
+            continue;
+        double *s = sigma + (size_t)i * PD_SYMMETRIC, P[9];
+        for (int c = 0; c < PD_SYMMETRIC; c++)
+            s[c] = 0;
+        if (i >= b->n_moving || b->carries[i] != PD_SOUND)
+            continue;
+        const double *F = b->F + (size_t)i * d * d;
+        b->options.material->stress[b->options.plane](b->options.parameters, d, 1, F,
+                                                      b->J + i, P);
+        for (int r = 0; r < d; r++)
+            for (int c = 0; c < d; c++)
+                s[place[r][c]] = dot(d, P + r * d, F + c * d) / b->J[i];
+    }
 }
 
 const pd_formulation pd_formulation_correspondence = {
     .name = "correspondence",
     .source = "[kim2023] eqs 12-18, 24-30",
     .corresponds = true,
+    .least_dimension = 2,
+    .criteria = PD_BY_STRETCH,
+    .accepts = accepts,
     .prepare = prepare,
     .forces = forces,
     .energy = energy,
-    .wave_speed = wave_speed,
+    .stress = stress,
+    .wave_speed = pd_body_longitudinal_speed,
+    .frequency = frequency,
 };

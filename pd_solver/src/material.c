@@ -18,8 +18,13 @@ double pd_kappa_stab(double G, double nu_stab)
 /* ---- modified neo-Hookean, [kim2023] eqs 43-45 ---- */
 
 static const pd_parameter neo_hookean_parameters[] = {
-    {"G", "Pa", 0, HUGE_VAL, false, "shear modulus"},
-    {"nuStab", "-", -1, 0.5, true, "numerical Poisson's ratio, sets kappa_stab"},
+    {.key = "G", .unit = "Pa", .above = 0, .below = HUGE_VAL, .meaning = "shear modulus"},
+    {.key = "nuStab",
+     .unit = "-",
+     .above = -1,
+     .below = 0.5,
+     .includes_above = true,
+     .meaning = "numerical Poisson's ratio, sets kappa_stab"},
 };
 
 /* tr C of the three-dimensional C: plane strain adds C33 = 1. */
@@ -63,9 +68,10 @@ static double neo_hookean_energy(const double *parameters, int d, const double *
            kappa / 2 * log_J * log_J;
 }
 
-static double neo_hookean_modulus(const double *parameters)
+static void neo_hookean_moduli(const double *parameters, double *bulk, double *shear)
 {
-    return pd_kappa_stab(parameters[0], parameters[1]) + 4. / 3 * parameters[0];
+    *bulk = pd_kappa_stab(parameters[0], parameters[1]);
+    *shear = parameters[0];
 }
 
 static const pd_material neo_hookean = {
@@ -73,9 +79,9 @@ static const pd_material neo_hookean = {
     .source = "[kim2023] eqs 43-45",
     .n_parameters = 2,
     .parameters = neo_hookean_parameters,
-    .stress = neo_hookean_stress,
-    .energy = neo_hookean_energy,
-    .longitudinal_modulus = neo_hookean_modulus,
+    .moduli = neo_hookean_moduli,
+    .stress = {[PD_PLANE_STRAIN] = neo_hookean_stress},
+    .energy = {[PD_PLANE_STRAIN] = neo_hookean_energy},
 };
 
 /* ---- the table ---- */

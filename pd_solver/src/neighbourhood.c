@@ -34,6 +34,8 @@ static int64_t lay_out(pd_cell_list *cells)
 {
     const int d = cells->d;
     double extent[3] = {0};
+    for (int a = 0; a < 3; a++)
+        cells->count[a] = 1;
     for (int a = 0; a < d; a++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
         for (pd_local p = 0; p < cells->n; p++) {

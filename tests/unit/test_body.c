@@ -113,12 +113,14 @@ static void options_at_their_bounds_are_allowed(void **state)
     points_free(&cloud);
 }
 
-static void dimension_other_than_two_or_three_is_refused(void **state)
+static void dimension_that_nothing_takes_is_refused(void **state)
 {
     points cloud = lattice(2, 4, 4, 1, 0.1);
     pd_body_options options = options_of(2, 2.015);
+    options.dimension = 0;
+    assert_refused(create(&cloud, &options), -1, "dimension 0;");
     options.dimension = 1;
-    assert_refused(create(&cloud, &options), -1, "dimension 1;");
+    assert_refused(create(&cloud, &options), -1, "1 dimension;");
     options.dimension = 4;
     assert_refused(create(&cloud, &options), -1, "dimension 4;");
     points_free(&cloud);
@@ -680,7 +682,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_option_is_refused_with_its_value),
         cmocka_unit_test(options_at_their_bounds_are_allowed),
-        cmocka_unit_test(dimension_other_than_two_or_three_is_refused),
+        cmocka_unit_test(dimension_that_nothing_takes_is_refused),
         cmocka_unit_test(body_without_points_is_refused),
         cmocka_unit_test(body_without_formulation_or_material_is_refused),
         cmocka_unit_test(bad_position_is_refused_with_its_point),
