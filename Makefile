@@ -18,6 +18,7 @@ PD_SOURCES = \
     pd_solver/src/body.c \
     pd_solver/src/neighbourhood.c \
     pd_solver/src/material.c \
+    pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \

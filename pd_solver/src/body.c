@@ -366,11 +366,11 @@ void pd_body_destroy(pd_body *b)
         b->options.formulation->release(b);
     if (b->comm != MPI_COMM_NULL)
         MPI_Comm_free(&b->comm);
-    void *arrays[] = {b->id,     b->X,         b->y,       b->v,
-                      b->volume, b->spacing,   b->force,   b->F,
-                      b->J,      b->load,      b->weight,  b->broken,
-                      b->Q,      b->K_inverse, b->carries, b->hold_distance,
-                      b->protect};
+    void *arrays[] = {b->id,      b->X,         b->y,       b->v,
+                      b->volume,  b->spacing,   b->force,   b->F,
+                      b->J,       b->load,      b->weight,  b->broken,
+                      b->Q,       b->K_inverse, b->carries, b->hold_distance,
+                      b->protect, b->length};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free(arrays[k]);
     pd_families_free(&b->families);

@@ -24,7 +24,8 @@ struct pd_body {
     /* Bonds of the active points. A broken bond has weight 0, so that it leaves every sum
      * without a test; its bit tells it from a bond that never weighed anything. */
     pd_families families;
-    double *weight;   /* [bonds] omega beta V_j, m3 */
+    double *weight;   /* [bonds] omega beta V_j, m3; in bond c beta nu V_j, N/m3 */
+    double *length;   /* [bonds] |xi|, m; NULL where the formulation does not ask */
     uint64_t *broken; /* [bonds] bits; NULL until a bond can break */
 
     /* [n_active] distance to where the hold ends, m; 0 for points not beside one; NULL

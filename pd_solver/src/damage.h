@@ -19,4 +19,10 @@ static inline bool bond_is_broken(const pd_body *body, int64_t k)
     return body->broken && (body->broken[k / 64] >> (k % 64) & 1);
 }
 
+/* Is either end in a region where nothing fails? */
+static inline bool bond_is_protected(const pd_body *body, pd_local i, pd_local j)
+{
+    return body->protect && (body->protect[i] || body->protect[j]);
+}
+
 #endif

@@ -87,16 +87,17 @@ static pd_status prepare(pd_body *b)
 /* ---- deformation gradients and broken bonds ---- */
 
 /* Break the bonds of point i whose stretch exceeds s_c; did any? */
-PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i,
-                           double s_c_squared)
+PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i)
 {
     bool any = false;
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
         double xi[3], Y[3];
-        bond(d, holds, b, i, b->families.neighbour[k], xi, Y);
-        if (dot(d, Y, Y) <= s_c_squared * dot(d, xi, xi))
+        const pd_local j = b->families.neighbour[k];
+        bond(d, holds, b, i, j, xi, Y);
+        const double s_c = pd_body_critical_stretch(b, i, j);
+        if (dot(d, Y, Y) <= s_c * s_c * dot(d, xi, xi))
             continue;
-        if (bond_is_broken(b, k))
+        if (bond_is_broken(b, k) || bond_is_protected(b, i, j))
             continue;
         pd_damage_break(b, k);
         any = true;
@@ -126,8 +127,7 @@ PD_INLINE void gradient(const int d, const bool holds, pd_body *b, pd_local i)
 
 PD_INLINE void deform_point(const int d, const bool holds, pd_body *b, pd_local i)
 {
-    const double s_c = b->options.critical_stretch;
-    if (s_c > 0 && break_bonds(d, holds, b, i, s_c * s_c))
+    if (pd_body_can_break(&b->options) && break_bonds(d, holds, b, i))
         invert_shape(d, b, i);
     if (i < b->n_moving)
         gradient(d, holds, b, i);
