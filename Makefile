@@ -17,6 +17,8 @@ all: library adapter
 PD_SOURCES = \
     pd_solver/src/body.c \
     pd_solver/src/neighbourhood.c \
+    pd_solver/src/lattice.c \
+    pd_solver/src/lanes.c \
     pd_solver/src/material.c \
     pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
@@ -78,7 +80,8 @@ DEPENDENCIES = -MMD -MP
 # <word>: shows it and the target in place of the command that follows.
 brief = $(if $(V),,@printf '%-4s %s\n' $(1) $@; )
 
-PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -g -fPIC -fvisibility=hidden \
+PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -ffp-contract=fast -Wno-psabi \
+    -g -fPIC -fvisibility=hidden \
     $(WARNINGS) -Wshadow -Wpedantic \
     $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
 PD_LIBS = -lm

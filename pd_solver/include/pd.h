@@ -132,7 +132,8 @@ typedef struct {
     const char *source; /* where the equations stand */
     bool corresponds;   /* the material's P(F) with an F that is exact for affine maps */
     int least_dimension;
-    int criteria; /* bits: how its bonds can break */
+    bool has_lattice_path; /* points of a lattice need no stored families */
+    int criteria;          /* bits: how its bonds can break */
     int n_parameters;
     const pd_parameter *parameters; /* [n_parameters] */
 
@@ -197,6 +198,8 @@ typedef struct {
     double failed_strain;    /* PD_BY_PLASTIC_STRAIN: where a bond has lost all, - */
     double sound_strain;     /* ... and up to where it has lost nothing, - */
 
+    bool general; /* take the general path on lattices too, for comparisons */
+
     const pd_formulation *formulation;
     double formulation_parameters[PD_MAX_PARAMETERS]; /* in its table's order */
     const pd_material *material;
@@ -245,7 +248,8 @@ typedef struct {
  * rigid and ends where its points' volumes end, half a spacing beyond the last of them:
  * moving points see there a displacement of zero. The first d components of X count.
  * Families are symmetric: points i and j are bonded when |xi| <= m (dX_i + dX_j)/2 with
- * dX = volume^(1/d).
+ * dX = volume^(1/d). Points that stand on a cubic lattice but for 1e-4 of its step, with
+ * volumes as equal, are put on it exactly where the formulation has a path for lattices.
  *
  * Collective over comm, which is duplicated; MPI_COMM_NULL is serial, MPI is then never
  * called. Several ranks: not supported by this version (PD_BAD_ARGUMENT).
@@ -314,10 +318,11 @@ PD_API double pd_body_wave_speed(const pd_body *body);
  * or from G_c, [han2025] eq. 18, with the pair's horizon; 0: bonds break otherwise. */
 PD_API double pd_body_critical_stretch(const pd_body *body, pd_local i, pd_local j);
 
-/* Bonds of point p: the count (0 for a point that keeps no family), and borrowed
- * neighbour indices [count]. For tests and post-processing. */
-PD_API pd_local pd_body_family(const pd_body *body, pd_local p,
-                               const pd_local **neighbour);
+/* Bonds of point p: the count (0 for a point that keeps no family), and their other ends
+ * neighbour[count], copied, of which at most `capacity`. For tests and post-processing.
+ */
+PD_API pd_local pd_body_family(const pd_body *body, pd_local p, pd_local capacity,
+                               pd_local *neighbour);
 PD_API bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k);
 
 /* ---- time ---- */

@@ -9,6 +9,9 @@
  * which needs one reciprocal root. A family is visited once. Per directed bond that reads
  * an index (4 bytes), a and |xi| (8 bytes each), and gathers y of the neighbour.
  *
+ * On a lattice (lattice.h) a bond reads nothing but y of the neighbour, from a cache:
+ * memory gives y and takes the force, 2 d doubles a point.
+ *
  * A bond into a hold is continued as deformation.h says; held points bear no strain
  * energy, so that a moving point has its own half of the bond's energy only.
  *
@@ -20,6 +23,7 @@
 #include "damage.h"
 #include "deformation.h"
 #include "influence.h"
+#include "lanes.h"
 #include "status.h"
 #include "tensor.h"
 
@@ -52,87 +56,162 @@ static double uniaxial_modulus(const pd_body *b)
 
 /* ---- preparation ---- */
 
-/* Bond k of point i: direction n, length |xi| and a without the surface correction. */
-static double plain_weight(const pd_body *b, pd_local i, int64_t k, double *n,
-                           double *length)
+/* a of a bond of that length without surface correction; spacing: the pair's mean. */
+static double plain_weight(const pd_body *b, double length, double spacing, double volume)
 {
-    const int d = b->options.dimension;
-    const pd_local j = b->families.neighbour[k];
-    subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, n);
-    *length = sqrt(dot(d, n, n));
-    for (int c = 0; c < d; c++)
-        n[c] /= *length;
-    const double spacing = 0.5 * (b->spacing[i] + b->spacing[j]);
     const double horizon = b->options.horizon_ratio * spacing;
     return micromodulus(&b->options, horizon) *
-           volume_fraction(*length, horizon, spacing) * b->volume[j];
+           volume_fraction(length, horizon, spacing) * volume;
 }
 
-/* By how much the energy density of point i under a uniaxial strain along each axis falls
- * short of the material's: g[d], the energy-based surface correction [madenci2014]. Bonds
- * count that a crack has cut: the correction is for surfaces of the reference shape. */
+/* xi and |xi| of the bond from i to j, and its a without surface correction. */
+static double measure(const pd_body *b, pd_local i, pd_local j, double *xi,
+                      double *length)
+{
+    const int d = b->options.dimension;
+    subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+    *length = sqrt(dot(d, xi, xi));
+    return plain_weight(b, *length, 0.5 * (b->spacing[i] + b->spacing[j]), b->volume[j]);
+}
+
+/* Twice the energy density that a bond adds under a unit uniaxial strain along each axis.
+ */
+static void add_energy(int d, double a, const double *xi, double length, double *twice)
+{
+    for (int c = 0; c < d; c++) {
+        const double n2 = xi[c] * xi[c] / (length * length);
+        twice[c] += a / 2 * length * n2 * n2;
+    }
+}
+
+/* By how much the energy density under those strains falls short of the material's: g[d],
+ * the energy-based surface correction [madenci2014]. A family without a bond towards some
+ * axis has nothing to correct there. */
+static void shortfall(const pd_body *b, const double *twice, double *g)
+{
+    for (int c = 0; c < b->options.dimension; c++)
+        g[c] = twice[c] > 0 ? uniaxial_modulus(b) / twice[c] : 1;
+}
+
+/* Bonds count that a crack has cut: the correction is for surfaces of the body as it was
+ * made. */
 static void surface_factors(const pd_body *b, pd_local i, double *g)
 {
     const int d = b->options.dimension;
-    double twice_energy[3] = {0};
-    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-        double n[3], length;
-        const double a = plain_weight(b, i, k, n, &length);
-        for (int c = 0; c < d; c++)
-            twice_energy[c] += a / 2 * length * pow(n[c], 4);
+    double twice[3] = {0};
+    pd_family family;
+    family_of(b, i, &family);
+    for (pd_local k = 0; k < family.count; k++) {
+        double xi[3], length;
+        const double a = measure(b, i, family.neighbour[k], xi, &length);
+        add_energy(d, a, xi, length, twice);
     }
-    /* A family without a bond towards some axis has nothing to correct there. */
-    for (int c = 0; c < d; c++)
-        g[c] = twice_energy[c] > 0 ? uniaxial_modulus(b) / twice_energy[c] : 1;
+    shortfall(b, twice, g);
 }
 
-/* Factor of a bond along n between points of factors g and h. */
-static double surface_correction(int d, const double *n, const double *g, const double *h)
+/* Factor of a bond between points of factors g and h. */
+static double surface_correction(int d, const double *xi, double length, const double *g,
+                                 const double *h)
 {
     double sum = 0;
     for (int c = 0; c < d; c++) {
-        const double part = 2 * n[c] / (g[c] + h[c]);
+        const double part = 2 * xi[c] / (length * (g[c] + h[c]));
         sum += part * part;
     }
     return 1 / sqrt(sum);
 }
 
-static void weigh_bonds(pd_body *b, const double *factors)
+/* a of the bond from i to j; factors[n_active][d] or NULL. */
+static double weight_of(const pd_body *b, pd_local i, pd_local j, const double *factors,
+                        double *length)
 {
-    const int d = b->options.dimension;
-    for (pd_local i = 0; i < b->families.n; i++)
+    const size_t d = (size_t)b->options.dimension;
+    double xi[3];
+    const double a = measure(b, i, j, xi, length);
+    if (!factors || j >= b->n_active)
+        return a;
+    return a * surface_correction((int)d, xi, *length, factors + (size_t)i * d,
+                                  factors + (size_t)j * d);
+}
+
+static double weight_on_lattice(const pd_body *b, pd_local i, pd_local j,
+                                const pd_offset *offset, const void *context)
+{
+    (void)offset;
+    double length;
+    return weight_of(b, i, j, context, &length);
+}
+
+/* Weights of offsets: those of a point far from any surface. */
+static void weigh_offsets(pd_body *b, bool corrected)
+{
+    pd_lattice *l = b->lattice;
+    double twice[3] = {0}, g[3];
+    for (int k = 0; k < l->n_offsets; k++) {
+        pd_offset *o = &l->offset[k];
+        o->weight = plain_weight(b, o->length, l->step, pow(l->step, l->d));
+        add_energy(l->d, o->weight, o->xi, o->length, twice);
+    }
+    shortfall(b, twice, g);
+    for (int k = 0; corrected && k < l->n_offsets; k++) {
+        pd_offset *o = &l->offset[k];
+        o->weight *= surface_correction(l->d, o->xi, o->length, g, g);
+    }
+}
+
+static pd_status weigh(pd_body *b, const double *factors)
+{
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            const pd_local j = b->families.neighbour[k];
-            double n[3];
-            double a = plain_weight(b, i, k, n, &b->length[k]);
-            if (factors && j < b->n_active)
-                a *= surface_correction(d, n, factors + (size_t)i * d,
-                                        factors + (size_t)j * d);
+            const double a =
+                weight_of(b, i, b->families.neighbour[k], factors, &b->length[k]);
             b->weight[k] = bond_is_broken(b, k) ? 0 : a;
         }
+    if (!b->lattice)
+        return pd_status_ok();
+    weigh_offsets(b, factors);
+    return pd_lattice_weigh(b, weight_on_lattice, factors);
+}
+
+static pd_status allocate(pd_body *b)
+{
+    if (b->weight)
+        return pd_status_ok();
+    const size_t bonds = (size_t)b->families.first[b->families.n];
+    b->weight = malloc((bonds + 1) * sizeof *b->weight);
+    b->length = malloc((bonds + 1) * sizeof *b->length);
+    if (!b->weight || !b->length)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%zu bonds", bonds);
+    if (!b->lattice)
+        return pd_status_ok();
+    b->own = calloc(1, sizeof(pd_ring));
+    if (!b->own)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a ring");
+    return pd_ring_create(b->lattice, b->options.dimension, 2 * b->lattice->reach + 1,
+                          b->own);
 }
 
 static pd_status prepare(pd_body *b)
 {
-    const int d = b->options.dimension;
-    const size_t bonds = (size_t)b->families.first[b->families.n];
-    if (!b->weight) {
-        b->weight = malloc((bonds + 1) * sizeof *b->weight);
-        b->length = malloc((bonds + 1) * sizeof *b->length);
-        if (!b->weight || !b->length)
-            return pd_status_fail(PD_NO_MEMORY, -1, "%zu bonds", bonds);
-    }
-    double *factors = NULL;
-    if (b->options.formulation_parameters[SURFACE_CORRECTION] != 0) {
-        factors = malloc((size_t)b->n_active * (size_t)d * sizeof *factors);
-        if (!factors)
-            return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_active);
-        for (pd_local i = 0; i < b->n_active; i++)
-            surface_factors(b, i, factors + (size_t)i * d);
-    }
-    weigh_bonds(b, factors);
+    const size_t d = (size_t)b->options.dimension;
+    PD_TRY(allocate(b));
+    if (b->options.formulation_parameters[SURFACE_CORRECTION] == 0)
+        return weigh(b, NULL);
+    double *factors = malloc(((size_t)b->n_active * d + 1) * sizeof *factors);
+    if (!factors)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_active);
+    for (pd_local i = 0; i < b->n_active; i++)
+        surface_factors(b, i, factors + (size_t)i * d);
+    const pd_status status = weigh(b, factors);
     free(factors);
-    return pd_status_ok();
+    return status;
+}
+
+static void release(pd_body *b)
+{
+    if (b->own)
+        pd_ring_free(b->own);
+    free(b->own);
 }
 
 /* ---- forces ---- */
@@ -175,17 +254,115 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
     if (pd_body_can_break(&b->options))
-        for (pd_local i = 0; i < b->n_active; i++)
+        for (pd_local i = b->n_regular; i < b->n_active; i++)
             break_bonds(d, true, b, i);
-    for (pd_local i = 0; i < b->n_moving; i++)
+    for (pd_local i = b->n_regular; i < b->n_moving; i++)
         if (beside_hold(b, i))
             bond_force(d, true, b, i);
         else
             bond_force(d, false, b, i);
 }
 
+/* ---- forces on a lattice ---- */
+
+/* Force densities of a chunk, the planes around it being in `around`; is some bond that
+ * bears force longer than s_c |xi|? */
+PD_INLINE bool chunk_force(const int d, const bool breaks, const bool own,
+                           const pd_lattice *l, const pd_chunk *c,
+                           const double *const *around, double s_c2,
+                           double (*force)[PD_LANES])
+{
+    const double *y = around[d > 1 ? l->reach : 0] + c->cell;
+    lanes here[3], f[3] = {{0}};
+    lane_bits over = {0};
+    for (int a = 0; a < d; a++)
+        here[a] = PD_LOAD(y + a * l->plane);
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_offset *o = &l->offset[k];
+        const double *there = around[o->plane] + c->cell + o->cell;
+        lanes Y[3], square = {0}, inverse;
+        for (int a = 0; a < d; a++) {
+            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
+            square += Y[a] * Y[a];
+        }
+        reciprocal_root(&square, &inverse);
+        lanes t = o->inverse - inverse;
+        if (own)
+            t *= PD_LOAD(c->weight + k * PD_LANES);
+        else
+            t *= o->weight;
+        for (int a = 0; a < d; a++)
+            f[a] += t * Y[a];
+        if (breaks && own)
+            over |= (square > s_c2 * o->length * o->length) &
+                    (PD_LOAD(c->weight + k * PD_LANES) > 0);
+        else if (breaks)
+            over |= square > s_c2 * o->length * o->length;
+    }
+    for (int a = 0; a < d; a++)
+        PD_STORE(force[a], f[a]);
+    return breaks && any_lane(&over, c->count);
+}
+
+PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_t z,
+                              pd_chunk *c, const double *const *around, double s_c2)
+{
+    const pd_lattice *l = b->lattice;
+    double f[3][PD_LANES];
+    for (bool again = true; again;) {
+        const bool over = c->weight
+                              ? chunk_force(d, breaks, true, l, c, around, s_c2, f)
+                              : chunk_force(d, breaks, false, l, c, around, s_c2, f);
+        again = over && pd_damage_break_chunk(b, z, c, s_c2);
+    }
+    double *force = b->force + (size_t)c->point * d;
+    for (int q = 0; q < c->count; q++)
+        for (int a = 0; a < d; a++)
+            force[q * d + a] = f[a][q];
+}
+
+PD_INLINE void sweep(const int d, const bool breaks, pd_body *b)
+{
+    const pd_lattice *l = b->lattice;
+    const pd_ring *ring = b->own;
+    const int reach = d > 1 ? l->reach : 0;
+    const double s_c = breaks ? pd_body_critical_stretch(b, 0, 0) : 0;
+    const double *around[2 * PD_MOST_REACH + 1];
+    for (int64_t z = -reach; z < l->planes; z++) {
+        pd_ring_fill(d, b, z + reach, b->y, ring);
+        if (z < 0)
+            continue;
+        for (int s = 0; s <= 2 * reach; s++)
+            around[s] = ring_plane(ring, z - reach + s);
+        for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++)
+            force_of_chunk(d, breaks, b, z, &l->regular.chunk[m], around, s_c * s_c);
+    }
+}
+
+PD_INLINE void sweep_any(pd_body *b)
+{
+    const int d = b->options.dimension;
+    const bool breaks = pd_body_can_break(&b->options);
+    if (d == 1 && breaks)
+        sweep(1, true, b);
+    else if (d == 1)
+        sweep(1, false, b);
+    else if (d == 2 && breaks)
+        sweep(2, true, b);
+    else if (d == 2)
+        sweep(2, false, b);
+    else if (breaks)
+        sweep(3, true, b);
+    else
+        sweep(3, false, b);
+}
+
+PD_VERSIONS(lattice_forces, sweep_any, pd_body *)
+
 static void forces(pd_body *b)
 {
+    if (b->lattice)
+        lattice_forces(b);
     if (b->options.dimension == 1)
         all_forces(1, b);
     else if (b->options.dimension == 2)
@@ -196,26 +373,59 @@ static void forces(pd_body *b)
 
 /* ---- what else the table asks ---- */
 
-/* Half of c s^2 |xi| / 2 of every bond is each end's. */
-static double energy(const pd_body *b)
+/* Visit the bonds of moving point i that bear force: weight, |xi| and Y. */
+typedef void visitor(void *sum, const pd_body *b, pd_local i, double weight,
+                     double length, const double *Y);
+
+static void visit_bonds(const pd_body *b, pd_local i, visitor *visit, void *sum)
 {
     const int d = b->options.dimension;
+    const pd_lattice *l = b->lattice;
+    pd_family family;
+    family_of(b, i, &family);
+    for (pd_local k = 0; k < family.count; k++) {
+        double xi[3], Y[3];
+        bond(d, b->hold_distance, b, i, family.neighbour[k], xi, Y);
+        const double length = family.offset ? l->offset[family.offset[k]].length
+                                            : b->length[family.base + k];
+        visit(sum, b, i, family_weight(b, i, &family, k), length, Y);
+    }
+}
+
+/* Half of c s^2 |xi| / 2 of every bond is each end's. */
+static void add_bond_energy(void *sum, const pd_body *b, pd_local i, double weight,
+                            double length, const double *Y)
+{
+    const double s = sqrt(dot(b->options.dimension, Y, Y)) / length - 1;
+    *(double *)sum += b->volume[i] * weight * s * s * length / 4;
+}
+
+static double energy(const pd_body *b)
+{
     double sum = 0;
     for (pd_local i = 0; i < b->n_moving; i++)
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            double xi[3], Y[3];
-            bond(d, b->hold_distance, b, i, b->families.neighbour[k], xi, Y);
-            const double s = sqrt(dot(d, Y, Y)) / b->length[k] - 1;
-            sum += b->volume[i] * b->weight[k] * s * s * b->length[k] / 4;
-        }
+        visit_bonds(b, i, add_bond_energy, &sum);
     return sum;
 }
 
-/* The virial of each point: half of force (x) bond, summed; 33 from no bond. */
-static void stress(const pd_body *b, double *sigma, double *plastic)
+/* The virial: half of force (x) bond. */
+static void add_virial(void *sum, const pd_body *b, pd_local i, double weight,
+                       double length, const double *Y)
 {
+    (void)i;
     const int d = b->options.dimension;
     const int place[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const double square = dot(d, Y, Y);
+    const double inverse = square > 0 ? 1 / sqrt(square) : 0;
+    double *s = sum;
+    for (int r = 0; r < d; r++)
+        for (int c = r; c < d; c++)
+            s[place[r][c]] += weight / 2 * (1 / length - inverse) * Y[r] * Y[c];
+}
+
+/* 33 in two dimensions: no bond bears it. */
+static void stress(const pd_body *b, double *sigma, double *plastic)
+{
     for (pd_local i = 0; i < b->n_owned; i++) {
         if (plastic)
             plastic[i] = 0;
@@ -224,30 +434,25 @@ static void stress(const pd_body *b, double *sigma, double *plastic)
         double *s = sigma + (size_t)i * PD_SYMMETRIC;
         for (int c = 0; c < PD_SYMMETRIC; c++)
             s[c] = 0;
-        if (i >= b->n_moving)
-            continue;
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            double xi[3], Y[3];
-            bond(d, b->hold_distance, b, i, b->families.neighbour[k], xi, Y);
-            const double square = dot(d, Y, Y);
-            const double inverse = square > 0 ? 1 / sqrt(square) : 0;
-            const double t = b->weight[k] / 2 * (1 / b->length[k] - inverse);
-            for (int r = 0; r < d; r++)
-                for (int c = r; c < d; c++)
-                    s[place[r][c]] += t * Y[r] * Y[c];
-        }
+        if (i < b->n_moving)
+            visit_bonds(b, i, add_virial, s);
     }
 }
 
 /* At rest a bond has the stiffness a n (x) n / |xi|; the row of point i sums to at most
  * twice its diagonal. */
+static void add_stiffness(void *sum, const pd_body *b, pd_local i, double weight,
+                          double length, const double *Y)
+{
+    (void)i, (void)Y;
+    *(double *)sum += 2 * weight / length / b->options.density;
+}
+
 static void frequency(const pd_body *b, double *omega2)
 {
     for (pd_local i = 0; i < b->n_moving; i++) {
-        double sum = 0;
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++)
-            sum += b->weight[k] / b->length[k];
-        omega2[i] = 2 * sum / b->options.density;
+        omega2[i] = 0;
+        visit_bonds(b, i, add_stiffness, &omega2[i]);
     }
 }
 
@@ -274,11 +479,13 @@ const pd_formulation pd_formulation_bond = {
     .name = "bond",
     .source = "[han2025] eqs 9-18, 28-30",
     .least_dimension = 1,
+    .has_lattice_path = true,
     .criteria = PD_BY_STRETCH,
     .n_parameters = sizeof parameters / sizeof *parameters,
     .parameters = parameters,
     .accepts = accepts,
     .prepare = prepare,
+    .release = release,
     .forces = forces,
     .energy = energy,
     .stress = stress,
