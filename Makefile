@@ -26,6 +26,11 @@ PD_SOURCES = \
     pd_solver/src/damage.c \
     pd_solver/src/status.c
 
+# Compiled once for each instruction set; the running machine chooses.
+PD_KERNELS = \
+    pd_solver/src/lattice_bond.c \
+    pd_solver/src/lattice_correspondence.c
+
 ADAPTER_SOURCES = \
     foam_adapter/peridynamics/peridynamics.C \
     foam_adapter/peridynamics/report.C \
@@ -125,7 +130,10 @@ ADAPTER_LDFLAGS = -Wl,--no-as-needed $(LDFLAGS_EXTRA)
 
 # --- libraries --------------------------------------------------------------------------
 
-PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o)
+PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o) $(PD_KERNELS:%.c=build/objects/%.o)
+ifeq ($(shell uname -m),x86_64)
+PD_OBJECTS += $(PD_KERNELS:%.c=build/objects/%.avx2.o) $(PD_KERNELS:%.c=build/objects/%.avx512.o)
+endif
 ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
 
 library: lib/libpd.a lib/libpd.so
@@ -150,6 +158,14 @@ lib/libperiFoam.so: $(ADAPTER_OBJECTS) lib/libpd.a Makefile
 build/objects/pd_solver/%.o: pd_solver/%.c Makefile
 	@mkdir -p $(@D)
 	$(call brief,CC)$(CC) $(PD_CFLAGS) -c -o $@ $<
+
+build/objects/pd_solver/%.avx2.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -mavx2 -mfma -c -o $@ $<
+
+build/objects/pd_solver/%.avx512.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -mavx512f -mavx512dq -mavx512vl -mfma -c -o $@ $<
 
 build/objects/foam_adapter/%.o: foam_adapter/%.C Makefile .cache/openfoam.mk
 	@mkdir -p $(@D)

@@ -33,20 +33,12 @@
 #include <string.h>
 
 #include "damage.h"
+#include "correspondence.h"
 #include "deformation.h"
 #include "influence.h"
 #include "lanes.h"
 #include "status.h"
 #include "tensor.h"
-
-enum { ZERO_ENERGY }; /* of formulation_parameters */
-
-/* What a lattice needs besides. */
-typedef struct {
-    pd_ring y, Q;        /* Q: [d][d], then g where there is zero-energy control */
-    double K_inverse[9]; /* of a point with nothing missing around; with it */
-    double g;
-} sweeps;
 
 /* ---- preparation ---- */
 
@@ -72,42 +64,6 @@ static void weigh_bonds(pd_body *b)
                     : weight_of(b, sqrt(dot(d, xi, xi)),
                                 0.5 * (b->spacing[i] + b->spacing[j]), b->volume[j]);
         }
-}
-
-/* g of a point; K may be singular, then it bears nothing. */
-PD_INLINE double control_of(const int d, const pd_body *b, const double *K, bool sound)
-{
-    double bulk, shear;
-    b->options.material->moduli(b->options.parameters, &bulk, &shear);
-    const double coefficient = b->options.formulation_parameters[ZERO_ENERGY];
-    return sound ? coefficient * shear * d / trace(d, K) : 0;
-}
-
-/* K^-1 and g of point i from its K. */
-PD_INLINE void keep_shape(const int d, pd_body *b, pd_local i, const double *K)
-{
-    const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
-    b->carries[i] = sound ? PD_SOUND : PD_POINT_SINGULAR;
-    if (b->control)
-        b->control[i] = control_of(d, b, K, sound);
-}
-
-/* K^-1 of point i from the bonds that it has. */
-PD_INLINE void invert_shape(const int d, pd_body *b, pd_local i)
-{
-    double K[9];
-    shape_tensor(d, b, i, K);
-    keep_shape(d, b, i, K);
-}
-
-/* The same for a lane of a chunk that has weights of its own. */
-static void invert_lane(pd_body *b, const pd_chunk *c, int q)
-{
-    const pd_lattice *l = b->lattice;
-    double K[9] = {0};
-    for (int k = 0; k < l->n_offsets; k++)
-        add_dyad(l->d, c->weight[k * PD_LANES + q], l->offset[k].xi, l->offset[k].xi, K);
-    keep_shape(l->d, b, c->point + q, K);
 }
 
 static double weight_on_lattice(const pd_body *b, pd_local i, pd_local j,
@@ -213,22 +169,6 @@ PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i
     return any;
 }
 
-/* F of point i from sum_j w Y (x) xi, [kim2023] eq. 25; the identity where the point
- * carries no stress. */
-PD_INLINE void keep_gradient(const int d, pd_body *b, pd_local i, const double *sum,
-                             const double *K_inverse)
-{
-    double *F = b->F + (size_t)i * d * d;
-    multiply(d, sum, K_inverse, F);
-    b->J[i] = determinant(d, F);
-    if (b->carries[i] != PD_POINT_SINGULAR)
-        b->carries[i] = b->J[i] > PD_SMALLEST_J ? PD_SOUND : PD_POINT_INVERTED;
-    if (b->carries[i] != PD_SOUND) {
-        identity(d, F);
-        b->J[i] = 1;
-    }
-}
-
 PD_INLINE void gradient(const int d, const bool holds, pd_body *b, pd_local i)
 {
     double sum[9] = {0};
@@ -261,31 +201,6 @@ PD_INLINE void gradients(const int d, pd_body *b)
 
 #define BLOCK 64 /* points whose P stays in the first-level cache */
 
-/* Q = P K^-1 - g F; 0 where the point carries no stress. */
-PD_INLINE void keep_Q(const int d, const pd_body *b, pd_local i, const double *P,
-                      const double *K_inverse, double g, double *Q)
-{
-    const double *F = b->F + (size_t)i * d * d;
-    if (b->carries[i] != PD_SOUND) {
-        for (int c = 0; c < d * d; c++)
-            Q[c] = 0;
-        return;
-    }
-    multiply(d, P, K_inverse, Q);
-    if (b->control)
-        for (int c = 0; c < d * d; c++)
-            Q[c] -= g * F[c];
-}
-
-/* P of points [start, start + n). */
-PD_INLINE void stress_points(const int d, const pd_body *b, pd_local start, pd_local n,
-                             double *P)
-{
-    b->options.material->stress[b->options.plane](b->options.parameters, d, (size_t)n,
-                                                  b->F + (size_t)start * d * d,
-                                                  b->J + start, P);
-}
-
 PD_INLINE void stresses(const int d, pd_body *b)
 {
     double P[BLOCK * 9];
@@ -297,12 +212,6 @@ PD_INLINE void stresses(const int d, pd_body *b)
                    b->K_inverse + (size_t)i * d * d, b->control ? b->control[i] : 0,
                    b->Q + (size_t)i * d * d);
     }
-}
-
-/* g of a point as the force counts it. */
-PD_INLINE double control_now(const pd_body *b, pd_local i)
-{
-    return i < b->n_moving && b->carries[i] == PD_SOUND ? b->control[i] : 0;
 }
 
 /* f += sum_j w (g_i + g_j) Y. */
@@ -356,230 +265,7 @@ PD_INLINE void bond_forces(const int d, pd_body *b)
             bond_force(d, false, b, i);
 }
 
-/* ---- the same on a lattice ---- */
-
-/* sum_j w Y (x) xi of a chunk; is some bond that weighs longer than s_c |xi|? */
-PD_INLINE bool chunk_sum(const int d, const bool breaks, const bool own,
-                         const pd_lattice *l, const pd_chunk *c,
-                         const double *const *around, double s_c2,
-                         double (*sum)[PD_LANES])
-{
-    const double *y = around[l->reach] + c->cell;
-    lanes here[3], S[9] = {{0}};
-    lane_bits over = {0};
-    for (int a = 0; a < d; a++)
-        here[a] = PD_LOAD(y + a * l->plane);
-    for (int k = 0; k < l->n_offsets; k++) {
-        const pd_offset *o = &l->offset[k];
-        const double *there = around[o->plane] + c->cell + o->cell;
-        lanes Y[3], square = {0}, weight = {0};
-        if (own)
-            weight = PD_LOAD(c->weight + k * PD_LANES);
-        for (int a = 0; a < d; a++) {
-            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
-            if (breaks)
-                square += Y[a] * Y[a];
-            if (own)
-                Y[a] *= weight;
-        }
-        for (int r = 0; r < d; r++)
-            for (int t = 0; t < d; t++)
-                S[r * d + t] += Y[r] * (own ? o->xi[t] : o->weight_xi[t]);
-        if (breaks && own)
-            over |= (square > s_c2 * o->length * o->length) & (weight > 0);
-        else if (breaks)
-            over |= square > s_c2 * o->length * o->length;
-    }
-    for (int t = 0; t < d * d; t++)
-        PD_STORE(sum[t], S[t]);
-    return breaks && any_lane(&over, c->count);
-}
-
-/* F of a chunk, after breaking what is too long. */
-PD_INLINE void deform_chunk(const int d, const bool breaks, pd_body *b, int64_t z,
-                            pd_chunk *c, const double *const *around, double s_c2)
-{
-    const pd_lattice *l = b->lattice;
-    const sweeps *own = b->own;
-    double sum[9][PD_LANES];
-    for (bool again = true; again;) {
-        const bool over = c->weight
-                              ? chunk_sum(d, breaks, true, l, c, around, s_c2, sum)
-                              : chunk_sum(d, breaks, false, l, c, around, s_c2, sum);
-        again = over && pd_damage_break_chunk(b, z, c, s_c2);
-        for (int q = 0; again && q < c->count; q++)
-            invert_lane(b, c, q);
-    }
-    for (int q = 0; q < c->count; q++) {
-        const pd_local i = c->point + q;
-        double S[9];
-        for (int t = 0; t < d * d; t++)
-            S[t] = sum[t][q];
-        keep_gradient(d, b, i, S,
-                      c->weight ? b->K_inverse + (size_t)i * d * d : own->K_inverse);
-    }
-}
-
-/* Q of a chunk into the ring's plane. */
-PD_INLINE void stress_chunk(const int d, pd_body *b, const pd_chunk *c, double *plane)
-{
-    const pd_lattice *l = b->lattice;
-    const sweeps *own = b->own;
-    double P[PD_LANES * 9], Q[9];
-    stress_points(d, b, c->point, c->count, P);
-    for (int q = 0; q < c->count; q++) {
-        const pd_local i = c->point + q;
-        const double *K_inverse =
-            c->weight ? b->K_inverse + (size_t)i * d * d : own->K_inverse;
-        const double g = b->control ? (c->weight ? b->control[i] : own->g) : 0;
-        keep_Q(d, b, i, P + q * d * d, K_inverse, g, Q);
-        for (int t = 0; t < d * d; t++)
-            plane[t * l->plane + c->cell + q] = Q[t];
-        if (b->control)
-            plane[d * d * l->plane + c->cell + q] = b->carries[i] == PD_SOUND ? g : 0;
-        if (c->exports) {
-            for (int t = 0; t < d * d; t++)
-                b->Q[(size_t)i * d * d + t] = Q[t];
-            if (b->control)
-                b->control[i] = g;
-        }
-    }
-}
-
-/* Q of the points of the general path into the ring's plane. */
-PD_INLINE void copy_others(const int d, const pd_body *b, int64_t z, double *plane)
-{
-    const pd_lattice *l = b->lattice;
-    for (int64_t m = l->other.first[z]; m < l->other.first[z + 1]; m++) {
-        const pd_chunk *c = &l->other.chunk[m];
-        for (int t = 0; t < d * d; t++)
-            plane[t * l->plane + c->cell] = b->Q[(size_t)c->point * d * d + t];
-        if (b->control)
-            plane[d * d * l->plane + c->cell] = control_now(b, c->point);
-    }
-}
-
-/* Force density of a chunk, [kim2023] eqs 28-29; y: planes of positions, with control. */
-PD_INLINE void chunk_force(const int d, const bool own, const bool control,
-                           const pd_lattice *l, const pd_chunk *c, const double *const *Q,
-                           const double *const *y, double (*force)[PD_LANES])
-{
-    const double *Qi = Q[l->reach] + c->cell;
-    lanes f[3] = {{0}}, first_moment[3] = {{0}}, here[3] = {{0}}, g = {0};
-    if (control) {
-        g = PD_LOAD(Qi + d * d * l->plane);
-        for (int a = 0; a < d; a++)
-            here[a] = PD_LOAD(y[l->reach] + c->cell + a * l->plane);
-    }
-    for (int k = 0; k < l->n_offsets; k++) {
-        const pd_offset *o = &l->offset[k];
-        const int64_t cell = c->cell + o->cell;
-        const double *Qj = Q[o->plane] + cell;
-        lanes w = {0}, part[3] = {{0}};
-        for (int r = 0; r < d; r++)
-            for (int t = 0; t < d; t++)
-                part[r] += PD_LOAD(Qj + (r * d + t) * l->plane) *
-                           (own ? o->xi[t] : o->weight_xi[t]);
-        if (own) {
-            w = PD_LOAD(c->weight + k * PD_LANES);
-            for (int r = 0; r < d; r++) {
-                part[r] *= w;
-                first_moment[r] += w * o->xi[r];
-            }
-        }
-        if (control) {
-            const lanes both = g + PD_LOAD(Qj + d * d * l->plane);
-            for (int r = 0; r < d; r++)
-                part[r] += (own ? w * both : o->weight * both) *
-                           (PD_LOAD(y[o->plane] + cell + r * l->plane) - here[r]);
-        }
-        for (int r = 0; r < d; r++)
-            f[r] += part[r];
-    }
-    /* The moment of a full family is zero. */
-    for (int r = 0; own && r < d; r++)
-        for (int t = 0; t < d; t++)
-            f[r] += PD_LOAD(Qi + (r * d + t) * l->plane) * first_moment[t];
-    for (int r = 0; r < d; r++)
-        PD_STORE(force[r], f[r]);
-}
-
-PD_INLINE void force_of_chunk(const int d, const bool control, pd_body *b,
-                              const pd_chunk *c, const double *const *Q,
-                              const double *const *y)
-{
-    double f[3][PD_LANES];
-    if (c->weight)
-        chunk_force(d, true, control, b->lattice, c, Q, y, f);
-    else
-        chunk_force(d, false, control, b->lattice, c, Q, y, f);
-    double *force = b->force + (size_t)c->point * d;
-    for (int q = 0; q < c->count; q++)
-        for (int r = 0; r < d; r++)
-            force[q * d + r] = f[r][q];
-}
-
-/* Planes of a ring around plane z. */
-PD_INLINE void planes_around(const pd_ring *ring, int reach, int64_t z,
-                             const double **around)
-{
-    for (int s = 0; s <= 2 * reach; s++)
-        around[s] = ring_plane(ring, z - reach + s);
-}
-
-PD_INLINE void sweep(const int d, const bool breaks, const bool control, pd_body *b)
-{
-    const pd_lattice *l = b->lattice;
-    const sweeps *own = b->own;
-    const int reach = l->reach;
-    const double s_c = breaks ? pd_body_critical_stretch(b, 0, 0) : 0;
-    const double *y[2 * PD_MOST_REACH + 1], *Q[2 * PD_MOST_REACH + 1];
-    for (int64_t z = -2 * reach; z < l->planes; z++) {
-        const int64_t first = z + reach; /* the plane of the first visit */
-        pd_ring_fill(d, b, first + reach, b->y, &own->y);
-        planes_around(&own->y, reach, first, y);
-        if (first >= 0 && first < l->planes) {
-            double *plane = ring_plane(&own->Q, first);
-            for (int64_t m = l->regular.first[first]; m < l->regular.first[first + 1];
-                 m++) {
-                pd_chunk *c = &l->regular.chunk[m];
-                deform_chunk(d, breaks, b, first, c, y, s_c * s_c);
-                stress_chunk(d, b, c, plane);
-            }
-            copy_others(d, b, first, plane);
-        }
-        if (z < 0)
-            continue;
-        planes_around(&own->Q, reach, z, Q);
-        if (control)
-            planes_around(&own->y, reach, z, y);
-        for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++)
-            force_of_chunk(d, control, b, &l->regular.chunk[m], Q, y);
-    }
-}
-
-PD_INLINE void sweep_dimension(const int d, pd_body *b)
-{
-    const bool breaks = pd_body_can_break(&b->options);
-    if (breaks && b->control)
-        sweep(d, true, true, b);
-    else if (breaks)
-        sweep(d, true, false, b);
-    else if (b->control)
-        sweep(d, false, true, b);
-    else
-        sweep(d, false, false, b);
-}
-
-PD_INLINE void sweep_any(pd_body *b)
-{
-    if (b->options.dimension == 2)
-        sweep_dimension(2, b);
-    else
-        sweep_dimension(3, b);
-}
-
-PD_VERSIONS(lattice_forces, sweep_any, pd_body *)
+PD_VERSIONS(pd_lattice_correspondence)
 
 /* ---- all of it ---- */
 
@@ -588,7 +274,7 @@ PD_INLINE void all_forces(const int d, pd_body *b)
     gradients(d, b);
     stresses(d, b);
     if (b->lattice)
-        lattice_forces(b);
+        pd_lattice_correspondence(b);
     bond_forces(d, b);
 }
 

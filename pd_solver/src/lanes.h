@@ -1,9 +1,9 @@
 /*
- * Vectors of PD_LANES doubles, and one function in several versions.
+ * Vectors of doubles for the kernels of lattices, which are compiled once for each
+ * instruction set; the running machine chooses (lanes.c).
  *
- * The vectors are the compiler's: they become one register with AVX-512, two with AVX2
- * and four on any x86-64. A kernel is written once as an always-inlined body; PD_VERSIONS
- * compiles it for each instruction set, and the running machine chooses.
+ * A chunk's PD_LANES points are taken PD_WIDTH at a time, one register of the compiler's
+ * vectors: 8 with AVX-512, 4 with AVX2, else 2.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -15,85 +15,75 @@
 #include "lattice.h"
 #include "tensor.h"
 
+#if defined(__AVX512F__)
+#define PD_WIDTH 8
+#define PD_FOR_THIS_SET(name) name##_avx512
+#elif defined(__AVX2__)
+#define PD_WIDTH 4
+#define PD_FOR_THIS_SET(name) name##_avx2
+#else
+#define PD_WIDTH 2
+#define PD_FOR_THIS_SET(name) name##_any
+#endif
+
 /* Unaligned: neighbours of a chunk start anywhere. */
-typedef double lanes
-    __attribute__((vector_size(PD_LANES * sizeof(double)), aligned(8), may_alias));
-typedef int64_t lane_bits
-    __attribute__((vector_size(PD_LANES * sizeof(double)), aligned(8), may_alias));
-typedef uint64_t lane_words
-    __attribute__((vector_size(PD_LANES * sizeof(double)), aligned(8), may_alias));
+#define PD_VECTOR vector_size(PD_WIDTH * sizeof(double)), aligned(8), may_alias
+typedef double lanes __attribute__((PD_VECTOR));
+typedef int64_t lane_bits __attribute__((PD_VECTOR));
+typedef uint64_t lane_words __attribute__((PD_VECTOR));
 
 #define PD_LOAD(address) (*(const lanes *)(address))
 #define PD_STORE(address, value) (*(lanes *)(address) = (value))
 
-/* 1/sqrt(*x) to an ulp or two for normal x > 0, a large finite number for 0: a linear
+/* 1/sqrt(x) to an ulp or two for normal x > 0, a large finite number for 0: a linear
  * guess on the exponent, two steps of third order and one of second. No division, root or
- * trap. */
-PD_INLINE void reciprocal_root(const lanes *x, lanes *result)
+ * trap.
+ */
+PD_INLINE lanes reciprocal_root(lanes x)
 {
-    const lane_words guess = UINT64_C(0x5fe6eb50c7b537a9) - ((lane_words)*x >> 1);
+    const lane_words guess = UINT64_C(0x5fe6eb50c7b537a9) - ((lane_words)x >> 1);
     lanes y = (lanes)guess;
     for (int step = 0; step < 2; step++) {
-        const lanes h = 1 - *x * y * y;
+        const lanes h = 1 - x * y * y;
         y += y * h * (0.5 + 0.375 * h);
     }
-    const lanes h = 1 - *x * y * y;
-    y += 0.5 * y * h;
-    *result = y;
+    return y + 0.5 * y * (1 - x * y * y);
 }
 
 /* Is a bit of the first `count` lanes set? */
-PD_INLINE bool any_lane(const lane_bits *bits, int count)
+PD_INLINE bool any_lane(lane_bits bits, int count)
 {
     int64_t any = 0;
-    for (int q = 0; q < PD_LANES; q++)
-        any |= q < count ? (*bits)[q] : 0;
+    for (int q = 0; q < PD_WIDTH; q++)
+        any |= q < count ? bits[q] : 0;
     return any;
 }
 
-/* Put point p's d components, [n][d], into lanes of cell, [d][plane]. */
-PD_INLINE void scatter(const int d, int count, const double *from, double *to,
-                       int64_t plane)
-{
-    for (int c = 0; c < d; c++)
-        for (int q = 0; q < count; q++)
-            to[c * plane + q] = from[q * d + c];
-}
-
 /* Instruction sets, the least first. */
-enum { PD_ANY_X86, PD_AVX2, PD_AVX512, PD_INSTRUCTION_SETS };
+enum { PD_ANY, PD_AVX2, PD_AVX512, PD_INSTRUCTION_SETS };
 
 /* The best that this machine has, or less if a test asked for less. */
 int pd_instruction_set(void);
 void pd_instruction_set_limit(int most);
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define PD_TARGET_AVX2 __attribute__((target("avx2,fma")))
-#define PD_TARGET_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,fma")))
-#else
-#define PD_TARGET_AVX2
-#define PD_TARGET_AVX512
-#endif
-
-/* name(argument): body, an always-inlined function, in the best version. */
-#define PD_VERSIONS(name, body, type)                                                    \
-    static void name##_any(type argument)                                                \
+/* Declare the versions of void name(pd_body *), and name itself, which calls the best. */
+#if defined(__x86_64__)
+#define PD_VERSIONS(name)                                                                \
+    void name##_any(pd_body *b);                                                         \
+    void name##_avx2(pd_body *b);                                                        \
+    void name##_avx512(pd_body *b);                                                      \
+    static void name(pd_body *b)                                                         \
     {                                                                                    \
-        body(argument);                                                                  \
-    }                                                                                    \
-    PD_TARGET_AVX2 static void name##_avx2(type argument)                                \
-    {                                                                                    \
-        body(argument);                                                                  \
-    }                                                                                    \
-    PD_TARGET_AVX512 static void name##_avx512(type argument)                            \
-    {                                                                                    \
-        body(argument);                                                                  \
-    }                                                                                    \
-    static void name(type argument)                                                      \
-    {                                                                                    \
-        static void (*const versions[PD_INSTRUCTION_SETS])(type) = {                     \
-            name##_any, name##_avx2, name##_avx512};                                     \
-        versions[pd_instruction_set()](argument);                                        \
+        void (*const versions[])(pd_body *) = {name##_any, name##_avx2, name##_avx512};  \
+        versions[pd_instruction_set()](b);                                               \
     }
+#else
+#define PD_VERSIONS(name)                                                                \
+    void name##_any(pd_body *b);                                                         \
+    static void name(pd_body *b)                                                         \
+    {                                                                                    \
+        name##_any(b);                                                                   \
+    }
+#endif
 
 #endif

@@ -10,8 +10,8 @@
 #include <string.h>
 
 #include "body.h"
-#include "lanes.h"
 #include "status.h"
+#include "tensor.h"
 
 /* Points stand on the lattice when they are this close to it, in steps: what a mesh file
  * of seven digits keeps. Volumes likewise. */
@@ -391,9 +391,17 @@ void pd_ring_free(pd_ring *ring)
     *ring = (pd_ring){0};
 }
 
-static inline __attribute__((always_inline)) void
-fill_plane(const int d, const pd_chunks *chunks, int64_t z, const double *field,
-           double *to, int64_t plane)
+/* Put the d components of `count` points, [count][d], into cells, [d][plane]. */
+PD_INLINE void scatter(const int d, int count, const double *from, double *to,
+                       int64_t plane)
+{
+    for (int c = 0; c < d; c++)
+        for (int q = 0; q < count; q++)
+            to[c * plane + q] = from[q * d + c];
+}
+
+PD_INLINE void fill_plane(const int d, const pd_chunks *chunks, int64_t z,
+                          const double *field, double *to, int64_t plane)
 {
     for (int64_t m = chunks->first[z]; m < chunks->first[z + 1]; m++) {
         const pd_chunk *c = &chunks->chunk[m];
