@@ -18,6 +18,9 @@ PD_SOURCES = \
     pd_solver/src/body.c \
     pd_solver/src/neighbourhood.c \
     pd_solver/src/material.c \
+    pd_solver/src/material_hyperelastic.c \
+    pd_solver/src/material_elastic.c \
+    pd_solver/src/material_rate.c \
     pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
     pd_solver/src/formulation.c \
@@ -40,6 +43,7 @@ UNIT_TESTS = \
     test_neighbourhood \
     test_formulations \
     test_material \
+    test_rate_material \
     test_damage \
     test_body \
     test_traps
