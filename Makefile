@@ -21,6 +21,8 @@ PD_SOURCES = \
     pd_solver/src/force_correspondence.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \
+    pd_solver/src/step.c \
+    pd_solver/src/relaxation.c \
     pd_solver/src/status.c
 
 ADAPTER_SOURCES = \
