@@ -27,6 +27,8 @@ PD_SOURCES = \
     pd_solver/src/force_correspondence.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \
+    pd_solver/src/step.c \
+    pd_solver/src/relaxation.c \
     pd_solver/src/status.c
 
 # Compiled once for each instruction set; the running machine chooses.

@@ -249,8 +249,9 @@ static pd_status allocate(pd_body *b)
     b->force = calloc(n * d, sizeof *b->force);
     b->F = malloc(n * d * d * sizeof *b->F);
     b->J = malloc(n * sizeof *b->J);
+    b->prescribed = calloc(n, sizeof *b->prescribed);
     if (!b->id || !b->X || !b->y || !b->v || !b->volume || !b->spacing || !b->force ||
-        !b->F || !b->J)
+        !b->F || !b->J || !b->prescribed)
         return pd_status_fail(PD_NO_MEMORY, -1, "a body of %zu points", n);
     return pd_status_ok();
 }
@@ -410,7 +411,7 @@ void pd_body_destroy(pd_body *b)
                       b->volume,  b->spacing,   b->force,   b->F,
                       b->J,       b->load,      b->weight,  b->broken,
                       b->Q,       b->K_inverse, b->carries, b->hold_distance,
-                      b->protect, b->length,    b->control};
+                      b->protect, b->length,    b->control, b->prescribed};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free(arrays[k]);
     pd_families_free(&b->families);

@@ -40,6 +40,8 @@ struct pd_body {
      * where nothing is held. */
     double *hold_distance;
 
+    unsigned char *prescribed; /* [n_local] bits of components, for the step at hand */
+
     unsigned char *protect; /* [n_owned] no bond of the point breaks; or NULL */
 
     bool out_of_memory; /* in forces, which return nothing */
