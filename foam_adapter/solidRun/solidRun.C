@@ -252,7 +252,8 @@ void Foam::periFoam::solidRun::tell()
 {
     stopwatch watch(wall_, OUTPUT);
     const label step = time_.timeIndex() - time_.startTimeIndex();
-    const bool last = !time_.running();
+    const bool last =
+        time_.value() >= time_.endTime().value() - 0.5*time_.deltaTValue();
     if (step % outputInterval_ == 0 || last)
     {
         report_->writeRows(stableStep_);
