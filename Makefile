@@ -8,9 +8,9 @@
 .SUFFIXES:
 MAKEFLAGS += --no-builtin-rules
 
-.PHONY: all library adapter bootstrap pictures test demo validate format check-format \
+.PHONY: all library adapter applications bootstrap pictures test demo validate format check-format \
         clean distclean help force
-all: library adapter
+all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
 
@@ -38,14 +38,19 @@ PD_KERNELS = \
 
 ADAPTER_SOURCES = \
     foam_adapter/peridynamics/peridynamics.C \
-    foam_adapter/peridynamics/report.C \
     foam_adapter/momentumSource/momentumSource.C \
     foam_adapter/transfer/transfer.C \
     foam_adapter/transfer/stencils.C \
     foam_adapter/transfer/kernel.C \
     foam_adapter/solidBody/solidBody.C \
-    foam_adapter/checkedDictionary/checkedDictionary.C \
-    foam_adapter/pointCloud/pointCloud.C
+    foam_adapter/solidBody/readBody.C \
+    foam_adapter/solidBody/moveBody.C \
+    foam_adapter/motion/motion.C \
+    foam_adapter/scene/scene.C \
+    foam_adapter/report/report.C \
+    foam_adapter/bodyFields/bodyFields.C \
+    foam_adapter/solidRun/solidRun.C \
+    foam_adapter/checkedDictionary/checkedDictionary.C
 
 # One program each, tests/unit/<name>.c.
 UNIT_TESTS = \
@@ -142,8 +147,11 @@ PD_OBJECTS += $(PD_KERNELS:%.c=build/objects/%.avx2.o) $(PD_KERNELS:%.c=build/ob
 endif
 ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
 
+APPLICATION_OBJECT = build/objects/foam_adapter/applications/periSolidFoam/periSolidFoam.o
+
 library: lib/libpd.a lib/libpd.so
 adapter: lib/libperiFoam.so
+applications: bin/periSolidFoam
 
 # On the Makefile too: a source may have left the list, a flag may have changed.
 lib/libpd.a: $(PD_OBJECTS) Makefile
@@ -160,6 +168,11 @@ lib/libperiFoam.so: $(ADAPTER_OBJECTS) lib/libpd.a Makefile
 	@mkdir -p $(@D)
 	$(call brief,LD)$(CXX) -shared -Wl,-soname,$(@F) -Wl,-z,defs -o $@ $(ADAPTER_OBJECTS) \
 	    lib/libpd.a $(ADAPTER_LDFLAGS) $(FOAM_LIBS) $(MPI_LINK) $(PD_LIBS)
+
+bin/periSolidFoam: $(APPLICATION_OBJECT) lib/libperiFoam.so Makefile
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../lib' $(ADAPTER_LDFLAGS) \
+	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
 
 build/objects/pd_solver/%.o: pd_solver/%.c Makefile
 	@mkdir -p $(@D)
@@ -245,13 +258,14 @@ check-format:
 	$(call clang_format,--dry-run --Werror)
 
 clean:
-	rm -rf build lib
+	rm -rf build lib bin
 
 distclean: clean
 	rm -rf .cache
 
 help:
-	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so'
+	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so;'
+	@echo '                     application bin/periSolidFoam'
 	@echo 'make library         the C library alone, which needs no OpenFOAM'
 	@echo 'make bootstrap       install what a build needs (scripts/bootstrap build)'
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
@@ -259,10 +273,10 @@ help:
 	@echo 'make validate        the elastic band against its reference'
 	@echo 'make format          lay out the sources with clang-format'
 	@echo 'make check-format    fail if that would change them'
-	@echo 'make clean           remove build and lib'
+	@echo 'make clean           remove build, lib and bin'
 	@echo 'make distclean       remove .cache too'
 	@echo
 	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
 
--include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(UNIT_OBJECTS:.o=.d) \
-    $(TRANSFER_OBJECT:.o=.d)
+-include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECT:.o=.d) \
+    $(UNIT_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)

@@ -19,6 +19,7 @@ struct pd_relaxation {
     double stiffest; /* factor on mass, which grows with the stiffness found */
     double largest_unbalance;
     bool started;
+    bool jumped; /* prescribed points moved in this iteration */
 };
 
 pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
@@ -70,6 +71,11 @@ static void move(pd_relaxation *r, const pd_prescribed *prescribed)
                       2 / (2 + r->damping) * b->force[c] / (r->stiffest * r->mass[p]);
         }
     pd_prescribed_velocities(b, 1, prescribed);
+    r->jumped = false;
+    for (pd_local p = 0; p < b->n_moving; p++)
+        for (int a = 0; a < d; a++)
+            if (pd_is_prescribed(b, p, a) && b->v[(size_t)p * d + a] != 0)
+                r->jumped = true;
     pd_drift(b, 1, prescribed);
 }
 
@@ -139,7 +145,8 @@ pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
     move(r, prescribed);
     memcpy(r->before, b->force, n * sizeof *r->before);
     PD_TRY(forces(b));
-    adapt(r);
+    if (!r->jumped) /* their jump changes forces too: it says nothing of the free points */
+        adapt(r);
     *residual = residual_of(r);
     return pd_status_ok();
 }
