@@ -145,7 +145,8 @@ pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
     move(r, prescribed);
     memcpy(r->before, b->force, n * sizeof *r->before);
     PD_TRY(forces(b));
-    if (!r->jumped) /* their jump changes forces too: it says nothing of the free points */
+    if (!r->jumped) /* their jump changes forces too: it says nothing of the free points
+                     */
         adapt(r);
     *residual = residual_of(r);
     return pd_status_ok();
