@@ -20,6 +20,9 @@ PD_SOURCES = \
     pd_solver/src/lattice.c \
     pd_solver/src/lanes.c \
     pd_solver/src/material.c \
+    pd_solver/src/material_hyperelastic.c \
+    pd_solver/src/material_elastic.c \
+    pd_solver/src/material_rate.c \
     pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
     pd_solver/src/formulation.c \
@@ -47,6 +50,7 @@ UNIT_TESTS = \
     test_neighbourhood \
     test_formulations \
     test_material \
+    test_rate_material \
     test_damage \
     test_body \
     test_traps

@@ -85,8 +85,9 @@ typedef struct {
     int n_parameters;
     const pd_parameter *parameters; /* [n_parameters] */
 
-    /* Bulk and shear modulus at rest (Pa). bulk < 0: not defined by the material. */
-    void (*moduli)(const double *parameters, double *bulk, double *shear);
+    /* Bulk and shear modulus at rest (Pa), those of space; plane counts in d = 2. */
+    void (*moduli)(const double *parameters, int d, pd_plane plane, double *bulk,
+                   double *shear);
 
     /* First Piola-Kirchhoff stress P[n][d][d] (Pa) from F[n][d][d] (-) and J[n] = det F,
      * J > 0 required. [PD_PLANE_STRAIN] serves d = 3 too, and has F33 = 1 in d = 2;
@@ -98,10 +99,16 @@ typedef struct {
     double (*energy[PD_PLANES])(const double *parameters, int d, const double *F,
                                 double J);
 
+    /* What the two dimensions of F[2][2] do across them: F33 > 0 (-) in plane stress, and
+     * Cauchy stress sigma33 (Pa) in plane strain. NULL where stress of that plane is. */
+    double (*thickness)(const double *parameters, const double *F, double J);
+    double (*out_of_plane)(const double *parameters, const double *F, double J);
+
     /* Advance Cauchy stress sigma[n][PD_SYMMETRIC] (Pa) and equivalent plastic strain
      * plastic[n] (-; NULL when the material has none) over a step, from the gradient
      * G[n][d][d] (-) of the displacement in the step with respect to the positions at its
-     * middle. NULL: no rate form for that plane. */
+     * middle. d = 2, 3; planes as in stress, plane stress keeps sigma33 = 0. NULL: none.
+     */
     void (*update[PD_PLANES])(const double *parameters, int d, size_t n, const double *G,
                               double *sigma, double *plastic);
     bool is_plastic; /* update uses plastic */

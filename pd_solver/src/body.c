@@ -480,7 +480,7 @@ double pd_longitudinal_modulus(const pd_material *material, const double *parame
                                int d, pd_plane plane)
 {
     double K, G;
-    material->moduli(parameters, &K, &G);
+    material->moduli(parameters, d, plane, &K, &G);
     const double E = 9 * K * G / (3 * K + G);
     if (d == 1)
         return E;

@@ -23,7 +23,8 @@ typedef struct {
 PD_INLINE double control_of(const int d, const pd_body *b, const double *K, bool sound)
 {
     double bulk, shear;
-    b->options.material->moduli(b->options.parameters, &bulk, &shear);
+    b->options.material->moduli(b->options.parameters, b->options.dimension,
+                                b->options.plane, &bulk, &shear);
     const double coefficient = b->options.formulation_parameters[ZERO_ENERGY];
     return sound ? coefficient * shear * d / trace(d, K) : 0;
 }

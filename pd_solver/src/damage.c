@@ -112,7 +112,7 @@ pd_status pd_body_protect(pd_body *body, const unsigned char *protect)
 static double bulk_modulus(const pd_body_options *o)
 {
     double K, G;
-    o->material->moduli(o->parameters, &K, &G);
+    o->material->moduli(o->parameters, o->dimension, o->plane, &K, &G);
     if (o->dimension == 3)
         return K;
     if (o->plane == PD_PLANE_STRESS)

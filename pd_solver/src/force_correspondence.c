@@ -368,27 +368,37 @@ static bool accepts(const pd_material *material, int d, pd_plane plane)
     return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
 }
 
-/* P F^T / J; in two dimensions without the stress across the plane. */
-static void stress(const pd_body *b, double *sigma, double *plastic)
+/* P F^T / J of point i; in two dimensions J counts the thickness. */
+static void cauchy_stress(const pd_body *b, pd_local i, double *s)
 {
     const int d = b->options.dimension;
     const int place[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const pd_material *material = b->options.material;
+    const double *parameters = b->options.parameters, *F = b->F + (size_t)i * d * d;
+    const bool thins = d == 2 && b->options.plane == PD_PLANE_STRESS;
+    const double J =
+        thins ? b->J[i] * material->thickness(parameters, F, b->J[i]) : b->J[i];
+    double P[9];
+    material->stress[b->options.plane](parameters, d, 1, F, b->J + i, P);
+    for (int r = 0; r < d; r++)
+        for (int c = 0; c < d; c++)
+            s[place[r][c]] = dot(d, P + r * d, F + c * d) / J;
+    if (d == 2 && !thins)
+        s[2] = material->out_of_plane(parameters, F, b->J[i]);
+}
+
+static void stress(const pd_body *b, double *sigma, double *plastic)
+{
     for (pd_local i = 0; i < b->n_owned; i++) {
         if (plastic)
             plastic[i] = 0;
         if (!sigma)
             continue;
-        double *s = sigma + (size_t)i * PD_SYMMETRIC, P[9];
+        double *s = sigma + (size_t)i * PD_SYMMETRIC;
         for (int c = 0; c < PD_SYMMETRIC; c++)
             s[c] = 0;
-        if (i >= b->n_moving || b->carries[i] != PD_SOUND)
-            continue;
-        const double *F = b->F + (size_t)i * d * d;
-        b->options.material->stress[b->options.plane](b->options.parameters, d, 1, F,
-                                                      b->J + i, P);
-        for (int r = 0; r < d; r++)
-            for (int c = 0; c < d; c++)
-                s[place[r][c]] = dot(d, P + r * d, F + c * d) / b->J[i];
+        if (i < b->n_moving && b->carries[i] == PD_SOUND)
+            cauchy_stress(b, i, s);
     }
 }
 
