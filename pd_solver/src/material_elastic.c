@@ -117,45 +117,47 @@ const pd_material pd_material_st_venant_kirchhoff = {
  * The linear law of small strains is not objective in F itself; on the stretch U, in axes
  * that turn with the body, it is. */
 
-/* One step towards R: the mean of z F and of the inverse transpose of it, with the z that
- * makes both alike in size, [higham1986] eq. 3.3. False where det F is lost in round-off.
- */
+/* R towards the rotation in it: the mean of z R and of the transposed inverse of that.
+ * Far from it z makes both alike in size, [higham1986] section 3; near it z = 1 squares
+ * the error. False where det R is lost in round-off. */
 static bool approach_rotation(double *R)
 {
-    double cofactor[9], inverse_transpose[9];
+    double cofactor[9];
     const double det = determinant(3, R);
     if (!(det > 0))
         return false;
     inverse(3, R, 1, cofactor);
-    const double size = sqrt(dot(9, R, R)),
-                 other = sqrt(dot(9, cofactor, cofactor)) / det;
-    const double z = sqrt(other / size);
+    const double by_det = 1 / det, size2 = dot(9, R, R);
+    double keep = 0.5, take = 0.5 * by_det;
+    if (fabs(det - 1) + fabs(size2 - 3) > 0.3) {
+        const double other = sqrt(dot(9, cofactor, cofactor)) * by_det;
+        const double z = sqrt(other / sqrt(size2));
+        keep *= z, take /= z;
+    }
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++)
-            inverse_transpose[r * 3 + c] = cofactor[c * 3 + r] / det;
-    for (int c = 0; c < 9; c++)
-        R[c] = 0.5 * (z * R[c] + inverse_transpose[c] / z);
+            R[r * 3 + c] = keep * R[r * 3 + c] + take * cofactor[c * 3 + r];
     return true;
 }
 
-/* R of F = R U; the error is squared from step to step. */
+/* R of F = R U, det F > 0. */
 static void polar_rotation_3(const double *F, double *R)
 {
-    const int most = 30; /* 9 for stretches as 1 to 1e16 */
-    double before[9], change[9];
+    const int most = 30; /* 9 where stretches differ by 1e16 */
     for (int c = 0; c < 9; c++)
         R[c] = F[c];
     for (int k = 0; k < most; k++) {
+        double change[9];
         for (int c = 0; c < 9; c++)
-            before[c] = R[c];
+            change[c] = R[c];
         if (!approach_rotation(R))
             break;
-        subtract(9, R, before, change);
+        subtract(9, R, change, change);
         if (dot(9, change, change) < 1e-16)
             return;
     }
     if (fabs(dot(9, R, R) - 3) > 1e-6)
-        identity(3, R);
+        identity(3, R); /* stretches that differ beyond all digits */
 }
 
 /* The rotation closest to F, det F > 0, and tr U = R : F. */

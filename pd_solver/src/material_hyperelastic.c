@@ -156,7 +156,7 @@ static double log_thickness(rubber m, const double *F, double J)
             step = 0.5 * (low + high) - x;
         last = fabs(step);
         x += step;
-        if (last < 1e-9) /* the next would be of the order of the square */
+        if (last < 1e-8) /* the next would be of the order of the square */
             break;
     }
     return x;

@@ -110,11 +110,67 @@ PD_INLINE void predict(const int d, const bool across, lame m, const double *res
     }
 }
 
-PD_INLINE void predict_points(const int d, const bool across, lame m, size_t n,
-                              const double *restrict G, double *restrict sigma)
+/* ---- blocks of points ----
+ *
+ * Components lie apart, so that loops over points vectorise without gathers. */
+
+enum { BLOCK = 32 };
+
+typedef struct {
+    double G[9][BLOCK], sigma[PD_SYMMETRIC][BLOCK];
+} block;
+
+/* Components of sigma that a dimension has: 11 22 33 12, 23 13. */
+PD_INLINE int components(const int d)
+{
+    return d == 2 ? 4 : PD_SYMMETRIC;
+}
+
+PD_INLINE void load(const int d, size_t n, const double *restrict G,
+                    const double *restrict sigma, block *restrict b)
+{
+    for (size_t p = 0; p < n; p++) {
+        for (int c = 0; c < d * d; c++)
+            b->G[c][p] = G[p * (size_t)(d * d) + (size_t)c];
+        for (int c = 0; c < components(d); c++)
+            b->sigma[c][p] = sigma[p * PD_SYMMETRIC + (size_t)c];
+    }
+}
+
+PD_INLINE void store(const int d, size_t n, const block *restrict b,
+                     double *restrict sigma)
 {
     for (size_t p = 0; p < n; p++)
-        predict(d, across, m, G + p * (size_t)(d * d), sigma + p * PD_SYMMETRIC);
+        for (int c = 0; c < components(d); c++)
+            sigma[p * PD_SYMMETRIC + (size_t)c] = b->sigma[c][p];
+}
+
+PD_INLINE void predict_block(const int d, const bool across, lame m, size_t n,
+                             block *restrict b)
+{
+    for (size_t p = 0; p < n; p++) {
+        double G[9], sigma[PD_SYMMETRIC];
+        for (int c = 0; c < d * d; c++)
+            G[c] = b->G[c][p];
+        for (int c = 0; c < components(d); c++)
+            sigma[c] = b->sigma[c][p];
+        predict(d, across, m, G, sigma);
+        for (int c = 0; c < components(d); c++)
+            b->sigma[c][p] = sigma[c];
+    }
+}
+
+PD_INLINE void predict_points(const int d, const bool across, lame m, size_t n,
+                              const double *G, double *sigma)
+{
+    block b;
+    for (size_t start = 0; start < n; start += BLOCK) {
+        const size_t count = n - start < BLOCK ? n - start : BLOCK;
+        double *here = sigma + start * PD_SYMMETRIC;
+        load(d, count, G + start * (size_t)(d * d), here, &b);
+        predict_block(d, across, m, count, &b);
+        store(d, count, &b, here);
+    }
 }
 
 /* ---- linear elastic ---- */
@@ -152,31 +208,49 @@ PD_INLINE double von_mises_squared(const int d, const double *sigma)
     return 0.5 * (a * a + b * b + c * c) + 3 * dot(d == 2 ? 1 : 3, sigma + 3, sigma + 3);
 }
 
-/* Radial return, exact for linear hardening; selections, no branches. Below yield the
- * stress keeps every bit. What is kept of the deviator is no difference, so that q is on
- * the surface from however far beyond. */
+/* Radial return, exact for linear hardening. Below yield the excess is 0 and the part of
+ * the deviator that is kept 1, so that the stress keeps every bit; far beyond, that part
+ * is no difference, and q ends on the surface. Neither needs a branch. */
 PD_INLINE void return_radially(const int d, metal m, double *restrict sigma,
                                double *restrict plastic)
 {
     const double q = sqrt(von_mises_squared(d, sigma));
-    const double limit = m.yield + m.hardening * *plastic;
-    const bool flows = q > limit;
-    const double flow = flows ? (q - limit) / (3 * m.elastic.mu + m.hardening) : 0;
-    const double keep = (limit + m.hardening * flow) / (flows ? q : limit);
+    const double limit = m.yield + m.hardening * *plastic, over = q - limit;
+    const double excess = 0.5 * (over + fabs(over));
+    const double flow = excess / (3 * m.elastic.mu + m.hardening);
+    const double keep = (limit + m.hardening * flow) / (limit + excess);
     const double mean = (sigma[0] + sigma[1] + sigma[2]) / 3;
     for (int c = 0; c < 3; c++)
-        sigma[c] = flows ? mean + keep * (sigma[c] - mean) : sigma[c];
-    for (int c = 3; c < (d == 2 ? 4 : 6); c++)
+        sigma[c] = keep * sigma[c] + (1 - keep) * mean;
+    for (int c = 3; c < components(d); c++)
         sigma[c] *= keep;
     *plastic += flow;
 }
 
-PD_INLINE void flow_points(const int d, metal m, size_t n, const double *restrict G,
-                           double *restrict sigma, double *restrict plastic)
+PD_INLINE void return_block(const int d, metal m, size_t n, block *restrict b,
+                            double *restrict plastic)
 {
     for (size_t p = 0; p < n; p++) {
-        predict(d, true, m.elastic, G + p * (size_t)(d * d), sigma + p * PD_SYMMETRIC);
-        return_radially(d, m, sigma + p * PD_SYMMETRIC, plastic + p);
+        double sigma[PD_SYMMETRIC];
+        for (int c = 0; c < components(d); c++)
+            sigma[c] = b->sigma[c][p];
+        return_radially(d, m, sigma, plastic + p);
+        for (int c = 0; c < components(d); c++)
+            b->sigma[c][p] = sigma[c];
+    }
+}
+
+PD_INLINE void flow_points(const int d, metal m, size_t n, const double *G, double *sigma,
+                           double *plastic)
+{
+    block b;
+    for (size_t start = 0; start < n; start += BLOCK) {
+        const size_t count = n - start < BLOCK ? n - start : BLOCK;
+        double *here = sigma + start * PD_SYMMETRIC;
+        load(d, count, G + start * (size_t)(d * d), here, &b);
+        predict_block(d, true, m.elastic, count, &b);
+        return_block(d, m, count, &b, plastic + start);
+        store(d, count, &b, here);
     }
 }
 
@@ -206,15 +280,14 @@ static double multiplier(const plane_flow *f, double *q)
 {
     double z = 0;
     for (int k = 0; k < 50; k++) {
-        const double u = 1 / (1 + f->ratio * z), v = 1 / (1 + z);
+        const double both = 1 / ((1 + f->ratio * z) * (1 + z));
+        const double u = (1 + z) * both, v = (1 + f->ratio * z) * both;
         const double sum = f->sum2 * u * u, rest = f->rest2 * v * v;
         *q = sqrt(sum + rest);
-        const double level = f->yield / *q;
+        const double by_q = 1 / *q, level = f->yield * by_q;
         const double missing = 1 - f->hardening * z - level;
-        const double slope =
-            level * (f->ratio * u * (sum / *q / *q) + v * (rest / *q / *q)) +
-            f->hardening;
-        const double step = missing / slope;
+        const double bend = (f->ratio * u * sum + v * rest) * by_q * by_q;
+        const double step = missing / (level * bend + f->hardening);
         if (!(step > 1e-15 * z))
             break;
         z += step;

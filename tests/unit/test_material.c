@@ -188,6 +188,110 @@ static void longitudinal_modulus_is_kappa_and_four_thirds_G(void **state)
                 6, ROUNDING);
 }
 
+/* F = diag(2, 1/2^(1/2), 1/2^(1/2)), J = 1: what the pressure cannot change is
+ * sigma11 - sigma22 = 2 (4 - 1/2) (c1 + c2/2), as of any Mooney-Rivlin solid. */
+static void mooney_rivlin_stretch_has_its_closed_form(void **state)
+{
+    const double c1 = 3, c2 = 5, side = sqrt(0.5);
+    const double parameters[PD_MAX_PARAMETERS] = {c1, c2, 0.4};
+    const double F[9] = {2, 0, 0, 0, side, 0, 0, 0, side};
+    double P[9];
+    stress_of(pd_material_find("MooneyRivlin"), parameters, 3, PD_PLANE_STRAIN, F, P);
+    assert_near(P[0] * 2 - P[4] * side, 7 * (c1 + c2 / 2), 100 * ROUNDING);
+    assert_near(P[4], P[8], 100 * ROUNDING);
+}
+
+/* Shear of J = 1, tr C = tr C^-1 = 3 + gamma^2: Psi = (c1 + c2) gamma^2, P12 its
+ * derivative. */
+static void mooney_rivlin_shear_has_its_closed_form(void **state)
+{
+    const double parameters[PD_MAX_PARAMETERS] = {3, 5, 0.4};
+    const pd_material *material = pd_material_find("MooneyRivlin");
+    const double F[9] = {1, 0.5, 0, 0, 1, 0, 0, 0, 1};
+    double P[9];
+    stress_of(material, parameters, 3, PD_PLANE_STRAIN, F, P);
+    assert_near(P[1], 2 * 8 * 0.5, 100 * ROUNDING);
+    assert_near(energy_of(material, parameters, 3, PD_PLANE_STRAIN, F), 8 * 0.25,
+                100 * ROUNDING);
+}
+
+/* kappa from G = c1 + c2 as [kim2023] has it, although the shear modulus is twice that.
+ */
+static void mooney_rivlin_kappa_is_that_of_c1_and_c2(void **state)
+{
+    const double parameters[PD_MAX_PARAMETERS] = {3, 5, 0.4};
+    double K, G;
+    pd_material_find("MooneyRivlin")->moduli(parameters, 3, PD_PLANE_STRAIN, &K, &G);
+    assert_near(K, 14. / 3 * 8, 1e-12);
+    assert_near(G, 16, 0);
+}
+
+/* Without volume change a square sheet of rubber pulled to twice its sides has
+ * P11 = G (2 - 2^-5) and a fourth of its thickness; kappa is 5e6 G. */
+static void stretched_sheet_has_its_closed_form(void **state)
+{
+    const pd_material *material = pd_material_find("neoHookean");
+    const double parameters[PD_MAX_PARAMETERS] = {1, 0.4999999};
+    const double F[4] = {2, 0, 0, 2};
+    double P[4];
+    stress_of(material, parameters, 2, PD_PLANE_STRESS, F, P);
+    assert_near(P[0], 2 - 1. / 32, 1e-6);
+    assert_near(material->thickness(parameters, F, 4), 0.25, 1e-6);
+}
+
+/* A bar of 1.2 times its length: E11 = 0.22 and U11 - 1 = 0.2; lambda = 40, mu = 80. */
+static void stretch_has_the_closed_forms_of_E_and_nu(void **state)
+{
+    const double parameters[PD_MAX_PARAMETERS] = {200 - 1. / 3 * 40, 1. / 6};
+    const double F[9] = {1.2, 0, 0, 0, 1, 0, 0, 0, 1};
+    double P[9];
+    stress_of(pd_material_find("StVenantKirchhoff"), parameters, 3, PD_PLANE_STRAIN, F,
+              P);
+    assert_near(P[0], 1.2 * 200 * 0.22, 1e-12);
+    assert_near(P[4], 40 * 0.22, 1e-12);
+    stress_of(pd_material_find("linearElastic"), parameters, 3, PD_PLANE_STRAIN, F, P);
+    assert_near(P[0], 200 * 0.2, 1e-12);
+    assert_near(P[4], 40 * 0.2, 1e-12);
+}
+
+/* F = R U with any turn and stretches that differ by 1e6: P = R T(U); the largest is
+ * about 200 times 1e3. */
+static void linear_stress_finds_any_rotation(void **state)
+{
+    const double parameters[PD_MAX_PARAMETERS] = {200 - 1. / 3 * 40, 1. / 6};
+    const double U[][3] = {{1, 1, 1}, {1.3, 0.8, 1.1}, {1e-3, 1, 1e3}};
+    for (size_t k = 0; k < 3; k++)
+        for (double angle = 0; angle < 6.4; angle += 0.4) {
+            const affine R = rotation(3, angle);
+            double F[9], P[9], volume = U[k][0] + U[k][1] + U[k][2] - 3;
+            for (int c = 0; c < 9; c++)
+                F[c] = R.A[c] * U[k][c % 3];
+            stress_of(pd_material_find("linearElastic"), parameters, 3, PD_PLANE_STRAIN,
+                      F, P);
+            for (int c = 0; c < 9; c++)
+                assert_near(P[c], R.A[c] * (40 * volume + 160 * (U[k][c % 3] - 1)),
+                            k < 2 ? 1e-12 : 1e-9);
+        }
+}
+
+/* Bonds of central forces have nu = 1/3 in plane stress: E/(1 - nu) and E/(1 - nu^2) give
+ * the 1.5 E z^2 of strain z all around, the 9/16 E e^2 of strain e along one axis. */
+static void microelastic_solid_has_the_ratio_of_its_plane(void **state)
+{
+    const pd_material *material = pd_material_find("microelastic");
+    const double E = 80;
+    double K, G;
+    material->moduli(&E, 2, PD_PLANE_STRESS, &K, &G);
+    assert_near(2 * 9 * K * G / (3 * K + 4 * G), 1.5 * E, 1e-12);
+    assert_near(pd_longitudinal_modulus(material, &E, 2, PD_PLANE_STRESS) / 2,
+                9. / 16 * E, 1e-12);
+    assert_near(pd_longitudinal_modulus(material, &E, 2, PD_PLANE_STRAIN), 1.2 * E,
+                1e-12);
+    assert_near(pd_longitudinal_modulus(material, &E, 3, PD_PLANE_STRAIN), 1.2 * E,
+                1e-12);
+    assert_near(pd_longitudinal_modulus(material, &E, 1, PD_PLANE_STRAIN), E, 1e-12);
+}
+
 /* ---- what every material keeps ---- */
 
 static void check_rest(const specimen *s)
@@ -398,6 +502,45 @@ static void plane_stress_is_space_without_stress_across(void **state)
     for_every_specimen(check_plane_stress);
 }
 
+/* Cauchy stress P F^T/J of space, with the F33 that the plane has. */
+static void check_body(const specimen *s)
+{
+    points cloud = lattice(s->d, 5, 4, 4, 0.1);
+    pd_body_options options = options_of(s->d, 2.015);
+    options.plane = s->plane, options.material = s->material;
+    memcpy(options.parameters, s->parameters, sizeof s->parameters);
+    pd_body *body = body_of(&cloud, &options);
+    const affine map = distortion(s->d);
+    body_map(body, &map);
+    assert_ok(pd_body_forces(body));
+    double *sigma = calloc(cloud.n * PD_SYMMETRIC, sizeof *sigma), P[9];
+    pd_body_stress(body, sigma, NULL);
+
+    specimen whole = *s;
+    const bool thins = s->plane == PD_PLANE_STRESS;
+    if (s->d == 2)
+        whole = in_space(
+            s, thins ? s->material->thickness(s->parameters, s->F, volume_ratio(2, s->F))
+                     : 1);
+    stress_of_specimen(&whole, whole.F, P);
+    const int from[PD_SYMMETRIC][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+    for (int k = 0; k < PD_SYMMETRIC; k++) {
+        double expected = 0;
+        for (int c = 0; c < 3; c++)
+            expected += P[from[k][0] * 3 + c] * whole.F[from[k][1] * 3 + c];
+        /* F of a body rounds to 1e-13 at corners. */
+        assert_near(sigma[k], expected / determinant3(whole.F), 1e-12 * s->modulus);
+    }
+    free(sigma);
+    pd_body_destroy(body);
+    points_free(&cloud);
+}
+
+static void bodies_know_their_whole_cauchy_stress(void **state)
+{
+    for_every_specimen(check_body);
+}
+
 /* ---- where traps are on, as in OpenFOAM ---- */
 
 enum { TRAPS = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW };
@@ -490,6 +633,13 @@ int main(void)
         cmocka_unit_test(dilation_costs_nothing_without_kappa),
         cmocka_unit_test(energy_has_its_closed_form),
         cmocka_unit_test(longitudinal_modulus_is_kappa_and_four_thirds_G),
+        cmocka_unit_test(mooney_rivlin_stretch_has_its_closed_form),
+        cmocka_unit_test(mooney_rivlin_shear_has_its_closed_form),
+        cmocka_unit_test(mooney_rivlin_kappa_is_that_of_c1_and_c2),
+        cmocka_unit_test(stretched_sheet_has_its_closed_form),
+        cmocka_unit_test(stretch_has_the_closed_forms_of_E_and_nu),
+        cmocka_unit_test(linear_stress_finds_any_rotation),
+        cmocka_unit_test(microelastic_solid_has_the_ratio_of_its_plane),
         cmocka_unit_test(rest_is_free_of_stress_and_energy),
         cmocka_unit_test(stress_is_the_derivative_of_the_energy),
         cmocka_unit_test(small_strains_meet_the_moduli),
@@ -498,6 +648,7 @@ int main(void)
         cmocka_unit_test(many_points_are_stressed_as_one_by_one),
         cmocka_unit_test(plane_strain_is_space_without_strain_across),
         cmocka_unit_test(plane_stress_is_space_without_stress_across),
+        cmocka_unit_test(bodies_know_their_whole_cauchy_stress),
         cmocka_unit_test(no_trap_at_any_deformation),
         cmocka_unit_test(materials_are_found_by_name),
         cmocka_unit_test(formulations_are_found_by_name),
