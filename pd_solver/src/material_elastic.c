@@ -140,7 +140,8 @@ static bool approach_rotation(double *R)
     return true;
 }
 
-/* R of F = R U, det F > 0. */
+/* R of F = R U, det F > 0; finite, but no rotation, where stretches differ beyond all
+ * digits. */
 static void polar_rotation_3(const double *F, double *R)
 {
     const int most = 30; /* 9 where stretches differ by 1e16 */
@@ -153,11 +154,9 @@ static void polar_rotation_3(const double *F, double *R)
         if (!approach_rotation(R))
             break;
         subtract(9, R, change, change);
-        if (dot(9, change, change) < 1e-16)
-            return;
+        if (dot(9, change, change) < 1e-16) /* the next would be of that order */
+            break;
     }
-    if (fabs(dot(9, R, R) - 3) > 1e-6)
-        identity(3, R); /* stretches that differ beyond all digits */
 }
 
 /* The rotation closest to F, det F > 0, and tr U = R : F. */

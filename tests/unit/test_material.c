@@ -473,6 +473,12 @@ static void plane_strain_is_space_without_strain_across(void **state)
     for_every_specimen(check_plane_strain);
 }
 
+static bool is_rubber(const pd_material *material)
+{
+    return strcmp(material->name, "neoHookean") == 0 ||
+           strcmp(material->name, "MooneyRivlin") == 0;
+}
+
 /* Thick, thin, sheared and pulled to ten times its length: F33 in [0.1, 3]. Saint Venant
  * and the linear law have no plane stress where F33 would not be above 0. */
 static void check_plane_stress(const specimen *s)
@@ -482,8 +488,7 @@ static void check_plane_stress(const specimen *s)
     const double maps[][4] = {{1, 0, 0, 1},          {1.21, 0.17, -0.08, 0.93},
                               {0.5, 0.3, -0.1, 0.7}, {0.1, 0, 0, 1.2},
                               {1.3, 1, -1, 1.1},     {10, 2, 0, 0.4}};
-    const bool soft = strcmp(s->material->name, "neoHookean") == 0 ||
-                      strcmp(s->material->name, "MooneyRivlin") == 0;
+    const bool soft = is_rubber(s->material);
     for (size_t k = 0; k < (soft ? 6 : 4); k++) {
         specimen sheet = *s;
         memcpy(sheet.F, maps[k], sizeof maps[k]);
@@ -562,6 +567,26 @@ static void check_extreme(const specimen *s, const double *F)
     assert_true(s->d == 3 || s->plane != PD_PLANE_STRESS || across > 0);
 }
 
+/* P33 F33 is a difference of terms of the size of modulus J^(-2/3) tr C and, where c2 is
+ * not 0, its square. */
+static void check_pull_across(const specimen *s, const double *F)
+{
+    if (s->plane != PD_PLANE_STRESS || !is_rubber(s->material))
+        return;
+    specimen sheet = *s;
+    memcpy(sheet.F, F, 4 * sizeof *F);
+    const double j = volume_ratio(2, F);
+    const double t = s->material->thickness(s->parameters, F, j);
+    const specimen whole = in_space(&sheet, t);
+    double P[9];
+    stress_of_specimen(&whole, whole.F, P);
+    double I1 = t * t;
+    for (int c = 0; c < 4; c++)
+        I1 += F[c] * F[c];
+    const double size = pow(j * t, -2. / 3) * I1;
+    assert_near(P[8] * t, 0, 1e-12 * s->modulus * size * (1 + size));
+}
+
 /* Stretches a and b along axes that lie askew, then a shear; c is the third. */
 static void check_extremes(const specimen *s)
 {
@@ -584,14 +609,55 @@ static void check_extremes(const specimen *s)
             const double J = volume_ratio(s->d, F);
             if (J > PD_SMALLEST_J) /* what a body asks for; round-off may take it away */
                 check_extreme(s, F);
-            if (volume_ratio(s->d, U) > PD_SMALLEST_J)
+            if (volume_ratio(s->d, U) > PD_SMALLEST_J) {
                 check_extreme(s, U);
+                check_pull_across(s, U);
+            }
         }
 }
 
 static void no_trap_at_any_deformation(void **state)
 {
     for_every_specimen(check_extremes);
+}
+
+/* Two turns, and stretches of any size in between: J is round-off in many, and above 0 in
+ * half of those. */
+static void nonsense(uint32_t *seed, int d, double span, double *F)
+{
+    const affine one = rotation(d, 3 * next_random(seed)),
+                 z = rotation(2, next_random(seed));
+    double R[9] = {1, 0, 0, 1}, Q[9] = {1, 0, 0, 1};
+    if (d == 2) {
+        to_plane(one.A, R);
+        to_plane(z.A, Q);
+    } else {
+        memcpy(R, one.A, sizeof R);
+        memcpy(Q, z.A, sizeof Q);
+    }
+    for (int a = 0; a < d; a++) {
+        const double size = pow(10, span * next_random(seed));
+        for (int r = 0; r < d; r++)
+            R[r * d + a] *= size;
+    }
+    multiply(d, R, Q, F);
+}
+
+static void check_nonsense(const specimen *s)
+{
+    const double span[] = {1, 5, 20, 59};
+    uint32_t seed = 17;
+    for (int k = 0; k < 4000; k++) {
+        double F[9];
+        nonsense(&seed, s->d, span[k % 4], F);
+        if (volume_ratio(s->d, F) > PD_SMALLEST_J)
+            check_extreme(s, F);
+    }
+}
+
+static void no_trap_at_nonsense(void **state)
+{
+    for_every_specimen(check_nonsense);
 }
 
 /* ---- the table ---- */
@@ -650,6 +716,7 @@ int main(void)
         cmocka_unit_test(plane_stress_is_space_without_stress_across),
         cmocka_unit_test(bodies_know_their_whole_cauchy_stress),
         cmocka_unit_test(no_trap_at_any_deformation),
+        cmocka_unit_test(no_trap_at_nonsense),
         cmocka_unit_test(materials_are_found_by_name),
         cmocka_unit_test(formulations_are_found_by_name),
         cmocka_unit_test(parameters_are_described),
