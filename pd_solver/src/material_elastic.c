@@ -100,7 +100,7 @@ static double st_venant_out_of_plane(const double *parameters, const double *F, 
 
 const pd_material pd_material_st_venant_kirchhoff = {
     .name = "StVenantKirchhoff",
-    .source = "[simo1998] section 7.1",
+    .source = "Hooke's law between S and E",
     .n_parameters = 2,
     .parameters = E_nu,
     .moduli = moduli_of_E_nu,
@@ -118,7 +118,7 @@ const pd_material pd_material_st_venant_kirchhoff = {
  * that turn with the body, it is. */
 
 /* R towards the rotation in it: the mean of z R and of the transposed inverse of that.
- * Far from it z makes both alike in size, [higham1986] section 3; near it z = 1 squares
+ * Far from it z makes both alike in size, [higham1986]; near it z = 1 squares
  * the error. False where det R is lost in round-off. */
 static bool approach_rotation(double *R)
 {
@@ -238,7 +238,7 @@ static double linear_out_of_plane(const double *parameters, const double *F, dou
 
 const pd_material pd_material_linear_elastic = {
     .name = "linearElastic",
-    .source = "Hooke's law on U - 1, and as Jaumann rate [behzadinasab2021] eqs B.1-B.4",
+    .source = "Hooke's law on U - 1; its Jaumann rate, [behzadinasab2021] eqs B.1-B.4",
     .n_parameters = 2,
     .parameters = E_nu,
     .moduli = moduli_of_E_nu,

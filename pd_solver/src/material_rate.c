@@ -4,7 +4,7 @@
  * Over a step the stress turns with the rotation of [hughes1980], so that a rigid
  * rotation of any size is exact: half of it before the elastic increment, which is that
  * of the middle of the step, and half after, for second order. Then comes the return to
- * the yield surface: radial, [simo1998] box 3.2, and in plane stress that of its
+ * the yield surface: radial, [simo1998] section 3.3, and in plane stress that of its
  * section 3.4.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
