@@ -2,7 +2,7 @@
  * pd.h - the public interface of libpd, the peridynamics library of periFoam.
  *
  * Units: SI or any other consistent set; the comments give SI. In two dimensions
- * volumes are areas (m2) and a body is in plane strain.
+ * volumes are areas (m2) and a body is in plane strain or plane stress.
  *
  * Arrays of points: owned points come first, ghosts (copies of points that other ranks
  * own) after them. Vectors and tensors are interleaved: v[p*d + a], F[(p*d + a)*d + b]
