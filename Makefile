@@ -19,6 +19,7 @@ PD_SOURCES = \
     pd_solver/src/neighbourhood.c \
     pd_solver/src/material.c \
     pd_solver/src/force_correspondence.c \
+    pd_solver/src/force_bond_associated.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \
     pd_solver/src/status.c
@@ -38,6 +39,7 @@ ADAPTER_SOURCES = \
 UNIT_TESTS = \
     test_neighbourhood \
     test_formulations \
+    test_bond_associated \
     test_material \
     test_damage \
     test_body \
@@ -166,6 +168,7 @@ build/objects/tests/%.o: tests/%.c Makefile
 	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
 
 build/tests/test_formulations: build/objects/tests/reference/reference_correspondence.o
+build/tests/test_bond_associated: build/objects/tests/reference/reference_bond_associated.o
 
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)
