@@ -426,12 +426,12 @@ static void check_power(const kind *k)
     body_move(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0, rounding_of_order[k->order]);
-    set_velocities(&s, ripples, &speed);
+    set_velocities(&s, waves, &speed); /* onwards */
     set_reference(&s, reference);
     const double power = reference_bonds_power(reference);
     const double scale = 0.01 * s.stress_scale * sum_of_volumes(&s);
     assert_near(power_of_forces(&s), -power, rounding_of_order[k->order] * scale);
-    assert_true(fabs(power) > 0.01 * scale);
+    assert_true(power > 0.01 * scale);
     reference_bonds_free(reference);
     sample_free(&s);
 }
@@ -473,7 +473,7 @@ static void forces_and_couples_sum_to_nothing(void **state)
  * length: the stiffness times the field, as the volumes hardly change. */
 static double *response(const sample *s, motion field)
 {
-    const double speed = 1, dt = 1e-12;
+    const double speed = 1, dt = 1e-15;
     const size_t numbers = (size_t)s->view.n_owned * (size_t)s->options.dimension;
     double *added = malloc(numbers * sizeof *added);
     assert_ok(pd_body_forces(s->body));
@@ -518,7 +518,7 @@ static sample held_sample(const kind *k)
 }
 
 /* Forces are the transpose of the velocity gradients, in holds too, exactly if the
- * stiffness is symmetric: the material's is. Volumes change by 1e-12. */
+ * stiffness is symmetric: the material's is. Volumes hardly change in a step of 1e-15. */
 static void check_symmetry(const kind *k)
 {
     sample s = held_sample(k), t = held_sample(k);
@@ -860,12 +860,12 @@ static void for_every_damage(void (*check)(const kind *, const pd_body_options *
         options.critical_stretch = 1.12;
         check(&k, &options);
         options = options_of_kind(&k, 2.4);
-        options.critical_stress = 0.2 * 280;
+        options.critical_stress = (d == 2 ? 0.12 : 0.085) * 280;
         check(&k, &options);
         options.critical_stress = 0;
         options.material = &straining;
-        options.sound_strain = 0.05;
-        options.failed_strain = 0.3;
+        options.sound_strain = 0.04;
+        options.failed_strain = 0.18;
         check(&k, &options);
     }
 }
@@ -877,7 +877,7 @@ static void check_damage_by_reference(const kind *k, const pd_body_options *opti
     sample s = sample_of(&cloud, options, NULL);
     reference_bonds *reference = reference_of(&s);
     const double speed = 0.05 * SPACING;
-    const affine pull = {{0.01, 0, 0, 0, 0, 0, 0, 0, 0}, {0.1, 0.1, 0.1}};
+    const affine pull = {{0.015, 0, 0, 0, 0, 0, 0, 0, 0}, {0.1, 0.1, 0.1}};
     for (int n = 0; n < 4; n++) {
         set_velocities(&s, waves, &speed);
         step_both(&s, reference, 0.5, 1e-9); /* families with few bonds left */
@@ -886,6 +886,7 @@ static void check_damage_by_reference(const kind *k, const pd_body_options *opti
     }
     const pd_summary summary = pd_body_summary(s.body);
     assert_true(summary.broken_bonds > 0 && summary.broken_bonds < summary.bonds / 2);
+
     assert_int_equal(summary.singular, 0);
     int64_t broken = 0;
     for (size_t i = 0; i < cloud.n; i++)
@@ -1181,7 +1182,7 @@ static void bad_options_are_refused(void **state)
     options.plane = PD_PLANE_STRESS; /* this material has none */
     assert_int_equal(create(&options), PD_BAD_ARGUMENT);
     options = options_of_kind(&k, 3.015);
-    options.failed_strain = 0.1; /* without plastic strain */
+    options.failed_strain = 0.18; /* without plastic strain */
     assert_int_equal(create(&options), PD_BAD_ARGUMENT);
     options = options_of_kind(&k, 3.015);
     options.material = pd_material_find("neoHookean");
