@@ -860,7 +860,7 @@ static void for_every_damage(void (*check)(const kind *, const pd_body_options *
         options.critical_stretch = 1.12;
         check(&k, &options);
         options = options_of_kind(&k, 2.4);
-        options.critical_stress = (d == 2 ? 0.12 : 0.085) * 280;
+        options.critical_stress = (d == 2 ? 0.12 : 0.094) * 280;
         check(&k, &options);
         options.critical_stress = 0;
         options.material = &straining;
