@@ -25,6 +25,7 @@ PD_SOURCES = \
     pd_solver/src/material_rate.c \
     pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
+    pd_solver/src/force_bond_associated.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \
     pd_solver/src/step.c \
@@ -56,6 +57,7 @@ ADAPTER_SOURCES = \
 UNIT_TESTS = \
     test_neighbourhood \
     test_formulations \
+    test_bond_associated \
     test_material \
     test_rate_material \
     test_damage \
@@ -205,6 +207,7 @@ build/objects/tests/%.o: tests/%.c Makefile
 	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
 
 build/tests/test_formulations: build/objects/tests/reference/reference_correspondence.o
+build/tests/test_bond_associated: build/objects/tests/reference/reference_bond_associated.o
 
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)

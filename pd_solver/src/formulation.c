@@ -3,10 +3,15 @@
 
 #include "pd.h"
 
-extern const pd_formulation pd_formulation_correspondence, pd_formulation_bond;
+extern const pd_formulation pd_formulation_correspondence, pd_formulation_bond,
+    pd_formulation_bond_associated;
 
-const pd_formulation *const pd_formulations[] = {&pd_formulation_correspondence,
-                                                 &pd_formulation_bond, NULL};
+const pd_formulation *const pd_formulations[] = {
+    &pd_formulation_correspondence,
+    &pd_formulation_bond,
+    &pd_formulation_bond_associated,
+    NULL,
+};
 
 const pd_formulation *pd_formulation_find(const char *name)
 {
