@@ -330,42 +330,95 @@ static double energy(const pd_body *b)
     return sum;
 }
 
-/* The force is B^T C B u with B: u -> F - 1, whose rows and columns sum to at most
- * 2 sum_k w_k |K^-1 xi_k|; omega^2 <= (M / rho) row sum x column sum. Zero-energy control
- * adds springs of 2 g w. */
-static void frequency(const pd_body *b, double *omega2)
+/* K^-1 of any moving point, wherever it is kept. */
+static const double *shape_at(const pd_body *b, pd_local i)
 {
-    const int d = b->options.dimension;
-    const double c = pd_body_longitudinal_speed(b);
-    double widest = 0, stiffest = 0;
-    for (pd_local i = 0; i < b->n_moving; i++) {
-        const bool shared = i < b->n_regular && !pd_lattice_chunk(b, i)->weight;
-        const double *K_inverse = shared ? ((const sweeps *)b->own)->K_inverse
-                                         : b->K_inverse + (size_t)i * d * d;
-        double sum = 0, weights = 0;
-        pd_family family;
-        family_of(b, i, &family);
-        for (pd_local k = 0; k < family.count; k++) {
-            const double w = family_weight(b, i, &family, k);
-            double xi[3], K_xi[3] = {0};
-            subtract(d, b->X + (size_t)family.neighbour[k] * d, b->X + (size_t)i * d, xi);
-            for (int r = 0; r < d; r++)
-                K_xi[r] = dot(d, K_inverse + r * d, xi);
-            sum += w * sqrt(dot(d, K_xi, K_xi));
-            weights += w;
-        }
-        omega2[i] = 2 * sum;
-        widest = fmax(widest, omega2[i]);
-        if (b->control)
-            stiffest = fmax(stiffest, 4 * control_at(b, i) * weights);
-    }
-    for (pd_local i = 0; i < b->n_moving; i++)
-        omega2[i] = c * c * omega2[i] * widest + stiffest / b->options.density;
+    const size_t d = (size_t)b->options.dimension;
+    if (i < b->n_regular && !pd_lattice_chunk(b, i)->weight)
+        return ((const sweeps *)b->own)->K_inverse;
+    return b->K_inverse + (size_t)i * d * d;
 }
 
 static bool accepts(const pd_material *material, int d, pd_plane plane)
 {
     return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
+}
+
+/* Largest sum of absolute values in a row: no eigenvalue is beyond it. */
+static double row_norm(int d, const double *A)
+{
+    double most = 0;
+    for (int r = 0; r < d; r++) {
+        double sum = 0;
+        for (int c = 0; c < d; c++)
+            sum += fabs(A[r * d + c]);
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+/* s = K^-1 sum w xi, by which the displacement of point i itself enters F; returns the
+ * weight of its moving neighbours. */
+static double own_part(const pd_body *b, pd_local i, const pd_family *family,
+                       const double *K_inverse, double *s)
+{
+    const int d = b->options.dimension;
+    double sum[3] = {0}, weight = 0;
+    for (pd_local k = 0; k < family->count; k++) {
+        const pd_local j = family->neighbour[k];
+        const bool held = j >= b->n_moving;
+        const double w = family_weight(b, i, family, k);
+        double xi[3];
+        subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+        weight += held ? 0 : w;
+        for (int a = 0; a < d; a++)
+            sum[a] += (held ? mirror(b, i, j) : 1) * w * xi[a];
+    }
+    for (int a = 0; a < d; a++)
+        s[a] = dot(d, K_inverse + a * d, sum);
+    return weight;
+}
+
+/*
+ * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
+ * body), Cauchy's inequality gives for any theta > 0
+ *
+ *     |F_i - 1|^2 <= mu_i (sum_j w |u_j|^2 + theta |u_i|^2),   mu = |K^-1 + s s^T/theta|.
+ *
+ * The strain energy, at most half of M |F - 1|^2 V in waves, is so bounded by a diagonal
+ * form, and omega^2 by that over rho. The best theta is |s| sqrt(sum w / |K^-1|).
+ */
+static void frequency(const pd_body *b, double *omega2)
+{
+    const int d = b->options.dimension;
+    const double c = pd_body_longitudinal_speed(b);
+    double stiffest = 0;
+    for (pd_local i = 0; i < b->n_moving; i++)
+        omega2[i] = 0;
+    for (pd_local i = 0; i < b->n_moving; i++) {
+        double A[9], s[3], weights = 0;
+        pd_family family;
+        family_of(b, i, &family);
+        memcpy(A, shape_at(b, i), (size_t)(d * d) * sizeof *A);
+        const double weight = own_part(b, i, &family, A, s), norm = row_norm(d, A);
+        const double theta = norm > 0 ? sqrt(dot(d, s, s) * weight / norm) : 0;
+        if (theta > 0)
+            add_dyad(d, 1 / theta, s, s, A);
+        const double mu = c * c * row_norm(d, A);
+        omega2[i] += theta * mu;
+        for (pd_local k = 0; k < family.count; k++) {
+            const pd_local j = family.neighbour[k];
+            const double w = family_weight(b, i, &family, k);
+            weights += w;
+            if (j < b->n_moving) /* w of j's bond to i */
+                omega2[j] += w * b->volume[i] / b->volume[j] * mu;
+        }
+        if (b->control)
+            stiffest = fmax(stiffest, control_at(b, i) * weights);
+    }
+    /* Springs of zero-energy control: (g_i + g_j) w between each pair. */
+    for (pd_local i = 0; i < b->n_moving && stiffest > 0; i++)
+        omega2[i] += 4 * stiffest / b->options.density;
 }
 
 /* P F^T / J of point i; in two dimensions J counts the thickness. */
