@@ -26,7 +26,8 @@ static const pd_parameter moduli[] = {
 };
 enum { LAMBDA, MU };
 
-static void give_moduli(const double *parameters, double *bulk, double *shear)
+static void give_moduli(const double *parameters, int d, pd_plane plane, double *bulk,
+                        double *shear)
 {
     *bulk = parameters[LAMBDA] + 2. / 3 * parameters[MU];
     *shear = parameters[MU];
@@ -233,7 +234,7 @@ static affine some_flow(int d)
 static void strain(const sample *s)
 {
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
-    body_move(s->body, move_in_waves, &amplitude);
+    body_place(s->body, move_in_waves, &amplitude);
     set_velocities(s, waves, &speed);
     step(s, 1, 0.5);
     set_velocities(s, ripples, &speed);
@@ -388,7 +389,7 @@ static void check_reference(const kind *k)
     reference_bonds *reference = reference_of(&s);
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
     const affine flows = some_flow(k->d);
-    body_move(s.body, move_in_waves, &amplitude);
+    body_place(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0.5, rounding_of_order[k->order]);
     set_velocities(&s, flow, &flows);
@@ -423,7 +424,7 @@ static void check_power(const kind *k)
     sample s = scattered_sample(k);
     reference_bonds *reference = reference_of(&s);
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
-    body_move(s.body, move_in_waves, &amplitude);
+    body_place(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0, rounding_of_order[k->order]);
     set_velocities(&s, waves, &speed); /* onwards */
@@ -840,10 +841,11 @@ static pd_local bonds_broken(const sample *s)
 static void assert_breaks_are_mutual(const sample *s)
 {
     for (pd_local p = 0; p < s->view.n_active; p++) {
-        const pd_local *of_p, *of_q;
-        const pd_local count = pd_body_family(s->body, p, &of_p);
+        pd_local of_p[MOST_NEIGHBOURS], of_q[MOST_NEIGHBOURS];
+        const pd_local count = pd_body_family(s->body, p, MOST_NEIGHBOURS, of_p);
         for (pd_local k = 0; k < count; k++) {
-            const pd_local there = pd_body_family(s->body, of_p[k], &of_q);
+            const pd_local there =
+                pd_body_family(s->body, of_p[k], MOST_NEIGHBOURS, of_q);
             for (pd_local l = 0; l < there; l++)
                 if (of_q[l] == p)
                     assert_int_equal(pd_body_bond_intact(s->body, p, k),
@@ -995,7 +997,9 @@ static void one_protected_end_protects_the_bond(void **state)
     const affine explosion = {{2, 0, 0, 0, 2, 0, 0, 0, 2}, {0}};
     body_map(s.body, &explosion);
     assert_ok(pd_body_forces(s.body));
-    const pd_local *family, of = pd_body_family(s.body, place_of(s.body, 21), &family);
+    pd_local family[MOST_NEIGHBOURS];
+    const pd_local of =
+        pd_body_family(s.body, place_of(s.body, 21), MOST_NEIGHBOURS, family);
     const pd_summary summary = pd_body_summary(s.body);
     assert_int_equal(summary.bonds - summary.broken_bonds, of);
     assert_breaks_are_mutual(&s);
