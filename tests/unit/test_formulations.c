@@ -429,19 +429,23 @@ static const check checks[] = {
 };
 enum { CHECKS = sizeof checks / sizeof *checks };
 
-/* A formulation without materials is sampled with each all the same. */
+/* Each formulation with every material that it takes. */
 static size_t list_samples(sample *samples)
 {
     size_t n = 0;
     for (const pd_formulation *const *f = pd_formulations; *f; f++)
         for (const pd_material *const *m = pd_materials; *m; m++)
             for (int d = 2; d <= 3; d++)
-                for (int a = 0; a < ARRANGEMENTS; a++, n++)
+                for (int a = 0; a < ARRANGEMENTS; a++) {
+                    if (!(*f)->accepts(*m, d, PD_PLANE_STRAIN))
+                        continue;
                     if (samples)
                         samples[n] = (sample){.formulation = *f,
                                               .material = *m,
                                               .d = d,
                                               .arrangement = arrangements[a]};
+                    n++;
+                }
     return n;
 }
 
