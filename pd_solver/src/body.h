@@ -62,6 +62,7 @@ typedef struct {
     int64_t base;              /* bond k is number base + (offset ? offset[k] : k) ... */
     const short *offset;
     const uint64_t *broken; /* ... of these bits; or NULL */
+    const pd_chunk *chunk;  /* of a regular point */
     pd_local neighbours_[PD_MOST_OFFSETS];
     short offsets_[PD_MOST_OFFSETS];
 } pd_family;
@@ -73,6 +74,7 @@ static inline const pd_family *family_of(const pd_body *b, pd_local i, pd_family
         family->count = pd_lattice_family(b, i, family->neighbours_, family->offsets_);
         family->neighbour = family->neighbours_;
         family->offset = family->offsets_;
+        family->chunk = pd_lattice_chunk(b, i);
         family->base = (int64_t)i * b->lattice->n_offsets;
         family->broken = b->lattice->broken;
     } else {
@@ -97,7 +99,7 @@ static inline double family_weight(const pd_body *b, pd_local i, const pd_family
 {
     if (!f->offset)
         return b->weight[f->base + k];
-    const pd_chunk *c = pd_lattice_chunk(b, i);
+    const pd_chunk *c = f->chunk;
     return c->weight ? c->weight[f->offset[k] * PD_LANES + i - c->point]
                      : b->lattice->offset[f->offset[k]].weight;
 }

@@ -330,6 +330,20 @@ static double energy(const pd_body *b)
     return sum;
 }
 
+/* K^-1 of any moving point, wherever it is kept. */
+static const double *shape_at(const pd_body *b, pd_local i)
+{
+    const size_t d = (size_t)b->options.dimension;
+    if (i < b->n_regular && !pd_lattice_chunk(b, i)->weight)
+        return ((const sweeps *)b->own)->K_inverse;
+    return b->K_inverse + (size_t)i * d * d;
+}
+
+static bool accepts(const pd_material *material, int d, pd_plane plane)
+{
+    return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
+}
+
 /* ---- frequency ----
  *
  * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
@@ -412,20 +426,9 @@ static void bound_energy(const pd_body *b, pd_local i, const double *K_inverse,
 
 static void frequency(const pd_body *b, double *omega2)
 {
-    const size_t d = (size_t)b->options.dimension;
     memset(omega2, 0, (size_t)b->n_moving * sizeof *omega2);
-    for (pd_local i = 0; i < b->n_moving; i++) {
-        const bool shared = i < b->n_regular && !pd_lattice_chunk(b, i)->weight;
-        bound_energy(b, i,
-                     shared ? ((const sweeps *)b->own)->K_inverse
-                            : b->K_inverse + (size_t)i * d * d,
-                     omega2);
-    }
-}
-
-static bool accepts(const pd_material *material, int d, pd_plane plane)
-{
-    return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
+    for (pd_local i = 0; i < b->n_moving; i++)
+        bound_energy(b, i, shape_at(b, i), omega2);
 }
 
 /* P F^T / J of point i; in two dimensions J counts the thickness. */
