@@ -8,32 +8,51 @@
 .SUFFIXES:
 MAKEFLAGS += --no-builtin-rules
 
-.PHONY: all library adapter bootstrap pictures test demo validate format check-format \
+.PHONY: all library adapter applications bootstrap pictures test demo validate format check-format \
         clean distclean help force
-all: library adapter
+all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
 
 PD_SOURCES = \
     pd_solver/src/body.c \
     pd_solver/src/neighbourhood.c \
+    pd_solver/src/lattice.c \
+    pd_solver/src/lanes.c \
     pd_solver/src/material.c \
+    pd_solver/src/material_hyperelastic.c \
+    pd_solver/src/material_elastic.c \
+    pd_solver/src/material_rate.c \
+    pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
     pd_solver/src/force_bond_associated.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \
+    pd_solver/src/step.c \
+    pd_solver/src/relaxation.c \
+    pd_solver/src/smooth.c \
     pd_solver/src/status.c
+
+# Compiled once for each instruction set; the running machine chooses.
+PD_KERNELS = \
+    pd_solver/src/lattice_bond.c \
+    pd_solver/src/lattice_correspondence.c
 
 ADAPTER_SOURCES = \
     foam_adapter/peridynamics/peridynamics.C \
-    foam_adapter/peridynamics/report.C \
     foam_adapter/momentumSource/momentumSource.C \
     foam_adapter/transfer/transfer.C \
     foam_adapter/transfer/stencils.C \
     foam_adapter/transfer/kernel.C \
     foam_adapter/solidBody/solidBody.C \
-    foam_adapter/checkedDictionary/checkedDictionary.C \
-    foam_adapter/pointCloud/pointCloud.C
+    foam_adapter/solidBody/readBody.C \
+    foam_adapter/solidBody/moveBody.C \
+    foam_adapter/motion/motion.C \
+    foam_adapter/scene/scene.C \
+    foam_adapter/report/report.C \
+    foam_adapter/bodyFields/bodyFields.C \
+    foam_adapter/solidRun/solidRun.C \
+    foam_adapter/checkedDictionary/checkedDictionary.C
 
 # One program each, tests/unit/<name>.c.
 UNIT_TESTS = \
@@ -41,6 +60,7 @@ UNIT_TESTS = \
     test_formulations \
     test_bond_associated \
     test_material \
+    test_rate_material \
     test_damage \
     test_body \
     test_traps
@@ -79,7 +99,8 @@ DEPENDENCIES = -MMD -MP
 # <word>: shows it and the target in place of the command that follows.
 brief = $(if $(V),,@printf '%-4s %s\n' $(1) $@; )
 
-PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -g -fPIC -fvisibility=hidden \
+PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -ffp-contract=fast -Wno-psabi \
+    -g -fPIC -fvisibility=hidden \
     $(WARNINGS) -Wshadow -Wpedantic \
     $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
 PD_LIBS = -lm
@@ -123,11 +144,17 @@ ADAPTER_LDFLAGS = -Wl,--no-as-needed $(LDFLAGS_EXTRA)
 
 # --- libraries --------------------------------------------------------------------------
 
-PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o)
+PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o) $(PD_KERNELS:%.c=build/objects/%.o)
+ifeq ($(shell uname -m),x86_64)
+PD_OBJECTS += $(PD_KERNELS:%.c=build/objects/%.avx2.o) $(PD_KERNELS:%.c=build/objects/%.avx512.o)
+endif
 ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
+
+APPLICATION_OBJECT = build/objects/foam_adapter/applications/periSolidFoam/periSolidFoam.o
 
 library: lib/libpd.a lib/libpd.so
 adapter: lib/libperiFoam.so
+applications: bin/periSolidFoam
 
 # On the Makefile too: a source may have left the list, a flag may have changed.
 lib/libpd.a: $(PD_OBJECTS) Makefile
@@ -145,9 +172,22 @@ lib/libperiFoam.so: $(ADAPTER_OBJECTS) lib/libpd.a Makefile
 	$(call brief,LD)$(CXX) -shared -Wl,-soname,$(@F) -Wl,-z,defs -o $@ $(ADAPTER_OBJECTS) \
 	    lib/libpd.a $(ADAPTER_LDFLAGS) $(FOAM_LIBS) $(MPI_LINK) $(PD_LIBS)
 
+bin/periSolidFoam: $(APPLICATION_OBJECT) lib/libperiFoam.so Makefile
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../lib' $(ADAPTER_LDFLAGS) \
+	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
+
 build/objects/pd_solver/%.o: pd_solver/%.c Makefile
 	@mkdir -p $(@D)
 	$(call brief,CC)$(CC) $(PD_CFLAGS) -c -o $@ $<
+
+build/objects/pd_solver/%.avx2.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -mavx2 -mfma -c -o $@ $<
+
+build/objects/pd_solver/%.avx512.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -mavx512f -mavx512dq -mavx512vl -mfma -c -o $@ $<
 
 build/objects/foam_adapter/%.o: foam_adapter/%.C Makefile .cache/openfoam.mk
 	@mkdir -p $(@D)
@@ -222,13 +262,14 @@ check-format:
 	$(call clang_format,--dry-run --Werror)
 
 clean:
-	rm -rf build lib
+	rm -rf build lib bin
 
 distclean: clean
 	rm -rf .cache
 
 help:
-	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so'
+	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so;'
+	@echo '                     application bin/periSolidFoam'
 	@echo 'make library         the C library alone, which needs no OpenFOAM'
 	@echo 'make bootstrap       install what a build needs (scripts/bootstrap build)'
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
@@ -236,10 +277,10 @@ help:
 	@echo 'make validate        the elastic band against its reference'
 	@echo 'make format          lay out the sources with clang-format'
 	@echo 'make check-format    fail if that would change them'
-	@echo 'make clean           remove build and lib'
+	@echo 'make clean           remove build, lib and bin'
 	@echo 'make distclean       remove .cache too'
 	@echo
 	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
 
--include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(UNIT_OBJECTS:.o=.d) \
-    $(TRANSFER_OBJECT:.o=.d)
+-include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECT:.o=.d) \
+    $(UNIT_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)

@@ -540,6 +540,56 @@ Foam::word Foam::periFoam::checkedDictionary::choiceOr
 }
 
 
+Foam::wordList Foam::periFoam::checkedDictionary::choices
+(
+    const word& key,
+    const wordList& allowed
+) const
+{
+    const string text("a list (...) of " + listed(allowed));
+    const entry& e = need(key, text);
+    ITstream& is = stream(e, dimless, text);
+    const label n = is.size() - 2;
+    if (n < 1 || is[0] != token::BEGIN_LIST || is[n + 1] != token::END_LIST)
+    {
+        refuse(e, text);
+    }
+    wordList words(n);
+    forAll(words, i)
+    {
+        const token& t = is[i + 1];
+        if (!t.isWord() || !allowed.found(t.wordToken()))
+        {
+            refuse(e, text);
+        }
+        words[i] = t.wordToken();
+    }
+    return words;
+}
+
+
+Foam::word
+Foam::periFoam::checkedDictionary::oneOf(const wordList& keys) const
+{
+    const string text("exactly one of " + listed(keys));
+    word given;
+    for (const word& key : keys)
+    {
+        const entry* e = find(key);
+        if (e && !given.empty())
+        {
+            refuse(*e, text);
+        }
+        given = e ? key : given;
+    }
+    if (given.empty())
+    {
+        need(keys[0], text);
+    }
+    return given;
+}
+
+
 Foam::word Foam::periFoam::checkedDictionary::name(const word& key) const
 {
     const string text("a word");

@@ -8,10 +8,9 @@ License
 
 #include "peridynamics.H"
 #include "addToRunTimeSelectionTable.H"
+#include "bodyFields.H"
 #include "fvOptions.H"
 #include "OSspecific.H"
-#include "pointCloud.H"
-#include "sigFpe.H"
 
 #include <cmath>
 
@@ -67,15 +66,6 @@ const char* const solversThatAsk =
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
-Foam::functionObjects::peridynamics::stopwatch::~stopwatch()
-{
-    total_ += std::chrono::duration<scalar>
-    (
-        std::chrono::steady_clock::now() - start_
-    ).count();
-}
-
-
 void Foam::functionObjects::peridynamics::checkFunctionKeys
 (
     const dictionary& dict
@@ -97,7 +87,7 @@ void Foam::functionObjects::peridynamics::checkFunctionKeys
 void Foam::functionObjects::peridynamics::readCoupling()
 {
     using periFoam::range;
-    const periFoam::checkedDictionary top(properties_);
+    const periFoam::checkedDictionary top(scene_.properties());
     const periFoam::checkedDictionary dict(top.sub("coupling"));
 
     dict.choiceOr("immersed", "type", wordList({"immersed"}));
@@ -133,23 +123,11 @@ void Foam::functionObjects::peridynamics::readCoupling()
 
 void Foam::functionObjects::peridynamics::readBodies()
 {
-    const periFoam::checkedDictionary top(properties_);
-    const periFoam::checkedDictionary dict(top.sub("bodies"));
-    const wordList names(dict.subNames());
-    if (names.empty())
-    {
-        top.refuse("bodies", "allowed: at least one body");
-    }
-    bodies_.resize(names.size());
+    scene_.readBodies(&mesh_, rhoInf_);
     label moving = 0;
-    forAll(names, i)
+    for (const periFoam::solidBody& body : bodies_)
     {
-        bodies_.set
-        (
-            i,
-            new periFoam::solidBody(names[i], dict.sub(names[i]), mesh_, rhoInf_)
-        );
-        moving += bodies_[i].nMoving();
+        moving += body.nMoving();
     }
     position_.resize(moving);
     velocity_.resize(moving, vector::zero);
@@ -158,49 +136,9 @@ void Foam::functionObjects::peridynamics::readBodies()
 }
 
 
-void Foam::functionObjects::peridynamics::readProbes()
-{
-    const periFoam::checkedDictionary top(properties_);
-    wordList bodyNames(bodies_.size());
-    forAll(bodies_, i)
-    {
-        bodyNames[i] = bodies_[i].name();
-    }
-    if (top.found("probes"))
-    {
-        const periFoam::checkedDictionary probes(top.sub("probes"));
-        for (const word& name : probes.subNames())
-        {
-            const periFoam::checkedDictionary dict(probes.sub(name));
-            autoPtr<probePoint> p(new probePoint);
-            p->name = name;
-            p->bodyi = bodyNames.find(dict.choice("body", bodyNames));
-            p->X = dict.vectorOf("position", dimLength);
-            if (name == "cost" || bodyNames.found(name))
-            {
-                probes.refuse
-                (
-                    name,
-                    "allowed: a name other than cost and those of the bodies, "
-                    "whose tables stand beside it"
-                );
-            }
-            dict.finish();
-            probes_.append(p.release());
-        }
-    }
-    // The top level is complete only here. Sub-dictionary parameters is the
-    // user's own, for macros
-    top.found("parameters");
-    top.found("coupling");
-    top.found("bodies");
-    top.finish();
-}
-
-
 void Foam::functionObjects::peridynamics::checkSolver() const
 {
-    const periFoam::checkedDictionary top(properties_);
+    const periFoam::checkedDictionary top(scene_.properties());
     if (Pstream::parRun())
     {
         top.refuse
@@ -269,7 +207,7 @@ void Foam::functionObjects::peridynamics::checkPlaces()
                     << body.name() << " at " << X
                     << " lies outside the fluid mesh; allowed: within "
                     << mesh_.bounds().min() << " to " << mesh_.bounds().max();
-                const periFoam::checkedDictionary top(properties_);
+                const periFoam::checkedDictionary top(scene_.properties());
                 top.sub("bodies").refuse(body.name(), os.str());
             }
         }
@@ -314,31 +252,10 @@ void Foam::functionObjects::peridynamics::checkOverlap() const
                     OStringStream os;
                     os  << "it overlaps the body " << bodies_[i].name()
                         << " at " << X << "; allowed: bodies apart";
-                    const periFoam::checkedDictionary top(properties_);
+                    const periFoam::checkedDictionary top(scene_.properties());
                     top.sub("bodies").refuse(bodies_[j].name(), os.str());
                 }
             }
-        }
-    }
-}
-
-
-void Foam::functionObjects::peridynamics::checkStart() const
-{
-    for (const periFoam::solidBody& body : bodies_)
-    {
-        const fileName then
-        (
-            time_.timePath()/"lagrangian"/body.name()/"displacement"
-        );
-        if (time_.startTimeIndex() > 0 && isFile(then))
-        {
-            FatalIOErrorInFunction(time_.controlDict())
-                << "the run starts at " << time_.timeName() << ", where "
-                << then << " holds the body " << body.name()
-                << "; allowed: a start from time 0, or from a flow without"
-                << " bodies (this version does not continue a coupled run)"
-                << exit(FatalIOError);
         }
     }
 }
@@ -422,7 +339,7 @@ Foam::functionObjects::peridynamics::estimateStableStep() const
         }
         const scalar omega =
             kernel_->steepest*body.waveSpeed()/transfer_->smallestWidth();
-        step = min(step, min(1/omega, body.stableStep(rhoInf_)));
+        step = min(step, min(1/omega, body.springStep(rhoInf_)));
     }
     return step;
 }
@@ -570,12 +487,12 @@ void Foam::functionObjects::peridynamics::beginStep()
 void Foam::functionObjects::peridynamics::evaluateForces()
 {
     {
-        stopwatch watch(transferSeconds_);
+        stopwatch watch(wall_, TRANSFER);
         place("at the middle of the step");
         transfer_->weigh(position_);
     }
     {
-        stopwatch watch(solidSeconds_);
+        stopwatch watch(wall_, SOLID);
         forAll(bodies_, i)
         {
             SubList<vector> force(ofBody(force_, i));
@@ -593,7 +510,7 @@ void Foam::functionObjects::peridynamics::evaluateForces()
             }
         }
     }
-    stopwatch watch(transferSeconds_);
+    stopwatch watch(wall_, TRANSFER);
     transfer_->spread(force_);
 }
 
@@ -601,7 +518,7 @@ void Foam::functionObjects::peridynamics::evaluateForces()
 void Foam::functionObjects::peridynamics::finishStep()
 {
     {
-        stopwatch watch(transferSeconds_);
+        stopwatch watch(wall_, TRANSFER);
         transfer_->sample(U(), phi(), true);
         transfer_->interpolate(midVelocity_);
     }
@@ -634,7 +551,7 @@ void Foam::functionObjects::peridynamics::finishStep()
         );
     }
     {
-        stopwatch watch(transferSeconds_);
+        stopwatch watch(wall_, TRANSFER);
         place("at the end of the step");
         transfer_->weigh(position_);
         transfer_->sample(U(), phi(), false);
@@ -699,13 +616,10 @@ void Foam::functionObjects::peridynamics::fail
         writeFields();
         kept = "the last good state is written to " + time.timeName();
     }
-    FatalErrorInFunction
-        << "step " << step << ", time " << when << " s, body "
-        << bodies_[bodyi].name()
-        << (meshCell < 0 ? "" : ", point of cell " + Foam::name(meshCell)).c_str()
-        << ": " << cause.c_str() << nl << "    Stable step " << stableStep_
-        << " s, deltaT " << time_.deltaTValue() << " s; "
-        << kept.c_str() << exit(FatalError);
+    OStringStream rest;
+    rest<< "Stable step " << stableStep_ << " s, deltaT "
+        << time_.deltaTValue() << " s; " << kept.c_str();
+    report_->fail(bodyi, meshCell, cause, step, when, rest.str());
 }
 
 
@@ -719,6 +633,60 @@ void Foam::functionObjects::peridynamics::failStatus
 }
 
 
+void Foam::functionObjects::peridynamics::announce() const
+{
+    Info<< nl << type() << " " << name() << ": coupled to "
+        << time_.controlDict().lookupOrDefault<word>("application", "solver")
+        << " through " << UName_ << " and " << phiName_
+        << ", kernel " << kernel_->name;
+    if (!kernel_->evenOdd)
+    {
+        Info<< " (not even-odd: look for a checkerboard in p)";
+    }
+    Info<< nl;
+    report_->announce();
+    Info<< "    stable step ";
+    if (stableStep_ < GREAT)
+    {
+        Info<< periFoam::brief(stableStep_) << " s";
+    }
+    else
+    {
+        Info<< "unbounded, nothing moves";
+    }
+    Info<< ", deltaT " << periFoam::brief(time_.deltaTValue()) << " s"
+        << nl << endl;
+}
+
+
+void Foam::functionObjects::peridynamics::writeFields()
+{
+    DynamicList<point> place;
+    DynamicList<scalar> volume, damaged;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        const scalarField phi(body.damage());
+        for (label p = 0; p < body.view().n_owned; ++p)
+        {
+            place.append(body.position(p));
+            volume.append(body.volume(p));
+            damaged.append(body.volume(p)*phi[p]);
+        }
+        periFoam::writePointCloud(mesh_, transfer_(), body);
+    }
+    scalarField solid, damage;
+    transfer_->spreadAmount(place, volume, solid);
+    transfer_->spreadAmount(place, damaged, damage);
+    forAll(solid, celli)
+    {
+        damage[celli] = solid[celli] > 0 ? damage[celli]/solid[celli] : 0;
+    }
+    solid /= mesh_.V();
+    periFoam::writeCellField(mesh_, "solidFraction", dimless, solid);
+    periFoam::writeCellField(mesh_, "damage", dimless, damage);
+}
+
+
 // * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
 
 Foam::functionObjects::peridynamics::peridynamics
@@ -729,23 +697,9 @@ Foam::functionObjects::peridynamics::peridynamics
 )
 :
     fvMeshFunctionObject(endingOnErrors(name, runTime, dict), runTime, dict),
-    writeFile(mesh_, name),
-    properties_
-    (
-        // 1e400 is then refused with its line, rather than trapped
-        (
-            sigFpe::ignore(),
-            IOobject
-            (
-                "peridynamicsProperties",
-                runTime.constant(),
-                mesh_,
-                IOobject::READ_IF_PRESENT,
-                IOobject::NO_WRITE
-            )
-        )
-    ),
+    scene_(runTime),
     kernel_(nullptr),
+    bodies_(scene_.bodies()),
     source_(nullptr),
     askedIndex_(runTime.timeIndex()),
     doneIndex_(runTime.timeIndex()),
@@ -753,25 +707,13 @@ Foam::functionObjects::peridynamics::peridynamics
     stableStep_(GREAT),
     smallestWidth_(GREAT),
     capping_(false),
-    solidSeconds_(0),
-    transferSeconds_(0),
-    outputSeconds_(0),
-    startTime_(runTime.value())
+    wall_(wordList({"solid", "transfer", "output", "flow"}))
 {
-    if (!properties_.headerOk())
-    {
-        FatalIOErrorInFunction(dict)
-            << "cannot read " << properties_.objectPath()
-            << ", which the function object " << name << " needs"
-            << exit(FatalIOError);
-    }
-    writePrecision_ = 8;
     checkFunctionKeys(dict);
     readCoupling();
     checkSolver();
     readBodies();
-    readProbes();
-    checkStart();
+    scene_.checkStart();
     checkPlaces();
     buildHolds();
     place("before the first step");
@@ -787,10 +729,16 @@ Foam::functionObjects::peridynamics::peridynamics
     checkStep(time_.isAdjustTimeStep());
     appendSource();
     keepOldFields();
-    createFiles();
+    report_.reset
+    (
+        new periFoam::report
+        (
+            scene_, mesh_, name, type() + (" " + name), wall_
+        )
+    );
     announce();
     writeFields();
-    startOfRun_ = std::chrono::steady_clock::now();
+    wall_.start();
 }
 
 
@@ -823,7 +771,7 @@ void Foam::functionObjects::peridynamics::addForce
         else
         {
             {
-                stopwatch watch(transferSeconds_);
+                stopwatch watch(wall_, TRANSFER);
                 transfer_->sample(U(), phi(), true);
                 transfer_->interpolate(midVelocity_);
             }
@@ -832,7 +780,7 @@ void Foam::functionObjects::peridynamics::addForce
         evaluateForces();
     }
 
-    stopwatch watch(transferSeconds_);
+    stopwatch watch(wall_, TRANSFER);
     vectorField& source = eqn.source();
     const scalar scale = rho ? 1 : 1/rhoInf_;
     transfer_->forEachCellForce
@@ -904,15 +852,19 @@ bool Foam::functionObjects::peridynamics::execute()
     }
     finishStep();
 
-    stopwatch watch(outputSeconds_);
+    stopwatch watch(wall_, OUTPUT);
     const label step = time_.timeIndex() - time_.startTimeIndex();
     if (step % outputInterval_ == 0)
     {
-        writeRows();
+        report_->writeRows(stableStep_);
     }
     if (step % reportInterval_ == 0)
     {
-        reportProgress();
+        report_->progress
+        (
+            "stable step/deltaT "
+          + periFoam::brief(stableStep_/time_.deltaTValue())
+        );
     }
     return true;
 }
@@ -922,7 +874,7 @@ bool Foam::functionObjects::peridynamics::write()
 {
     if (time_.writeTime() && doneIndex_ == time_.timeIndex())
     {
-        stopwatch watch(outputSeconds_);
+        stopwatch watch(wall_, OUTPUT);
         writeFields();
     }
     return true;

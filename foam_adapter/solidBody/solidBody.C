@@ -18,24 +18,18 @@ namespace
 
 using namespace Foam;
 
-const dimensionSet dimForceDensity(dimForce/dimVolume);
-
-//- Span of a mesh along the axis that it leaves out; 1 in three dimensions
+//- Extent of a mesh along the axes that it leaves out
 scalar depthOf(const polyMesh& mesh)
 {
+    scalar depth = 1;
     for (direction d = 0; d < 3; ++d)
     {
         if (mesh.geometricD()[d] < 0)
         {
-            return mesh.bounds().span()[d];
+            depth *= mesh.bounds().span()[d];
         }
     }
-    return 1;
-}
-
-dimensionSet dimensionsOf(const char* unit)
-{
-    return string(unit) == "Pa" ? dimPressure : dimless;
+    return depth;
 }
 
 } // End anonymous namespace
@@ -43,15 +37,17 @@ dimensionSet dimensionsOf(const char* unit)
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
-void Foam::periFoam::solidBody::checkDimensions(const polyMesh& solid) const
+void Foam::periFoam::solidBody::orient(const polyMesh& solid)
 {
     if (solid.nCells() == 0)
     {
         dict_.refuse("horizonRatio", "the mesh of region " + name_ + " is empty");
     }
+    const polyMesh& around = fluid_ ? *fluid_ : solid;
+    DynamicList<label> solved(3);
     for (direction d = 0; d < 3; ++d)
     {
-        if ((solid.geometricD()[d] < 0) != (fluid_.geometricD()[d] < 0))
+        if ((solid.geometricD()[d] < 0) != (around.geometricD()[d] < 0))
         {
             dict_.refuse
             (
@@ -59,258 +55,24 @@ void Foam::periFoam::solidBody::checkDimensions(const polyMesh& solid) const
                 "region " + name_ + " is a mesh of "
               + Foam::name(solid.nGeometricD()) + " dimensions; allowed: the "
               + "directions of the fluid mesh, which has "
-              + Foam::name(fluid_.nGeometricD())
+              + Foam::name(around.nGeometricD())
             );
         }
+        if (solid.geometricD()[d] > 0)
+        {
+            solved.append(d);
+        }
     }
-    if (directions_.size() < 2)
+    if (fluid_ && solved.size() < 2)
     {
         dict_.refuse
         (
             "formulation", "a fluid mesh of one dimension; allowed: two, three"
         );
     }
-}
-
-
-Foam::labelList Foam::periFoam::solidBody::cellsOf
-(
-    const checkedDictionary& dict,
-    const polyMesh& solid
-) const
-{
-    if (dict.found("patch"))
-    {
-        const word patch(dict.name("patch"));
-        const label patchi = solid.boundaryMesh().findPatchID(patch);
-        if (patchi < 0)
-        {
-            dict.choice("patch", solid.boundaryMesh().names());
-        }
-        labelList cells(solid.boundaryMesh()[patchi].faceCells());
-        inplaceUniqueSort(cells);
-        return cells;
-    }
-    const word zone(dict.name("cellZone"));
-    const label zonei = solid.cellZones().findZoneID(zone);
-    if (zonei < 0)
-    {
-        dict.choice("cellZone", solid.cellZones().names());
-    }
-    return solid.cellZones()[zonei];
-}
-
-
-pd_body_options Foam::periFoam::solidBody::options(const scalar rho) const
-{
-    pd_body_options o{};
-    o.dimension = directions_.size();
-    o.horizon_ratio = dict_.number
-    (
-        "horizonRatio", range::between(0, 20, false, true), dimless
-    );
-    o.density = dict_.numberOr(rho, "density", range::above(0), dimDensity);
-    if (o.density != rho)
-    {
-        dict_.refuse
-        (
-            "density",
-            "allowed: coupling.rhoInf, since this version gives a body the "
-            "inertia of the fluid"
-        );
-    }
-    o.damping = dict_.numberOr
-    (
-        0, "damping", range::atLeast(0), dimDensity/dimTime
-    );
-
-    DynamicList<word> names;
-    for (const pd_formulation* const* f = pd_formulations; *f; ++f)
-    {
-        names.append((*f)->name);
-    }
-    o.formulation = pd_formulation_find
-    (
-        dict_.choice("formulation", names).c_str()
-    );
-
-    names.clear();
-    for (const pd_material* const* m = pd_materials; *m; ++m)
-    {
-        names.append((*m)->name);
-    }
-    const checkedDictionary material(dict_.sub("material"));
-    o.material = pd_material_find(material.choice("type", names).c_str());
-    for (int k = 0; k < o.material->n_parameters; ++k)
-    {
-        const pd_parameter& p = o.material->parameters[k];
-        o.parameters[k] = material.number
-        (
-            p.key,
-            range::between
-            (
-                p.above, min(p.below, VGREAT), p.includes_above, false
-            ),
-            dimensionsOf(p.unit)
-        );
-    }
-    material.finish();
-
-    if (dict_.found("damage"))
-    {
-        const checkedDictionary damage(dict_.sub("damage"));
-        damage.choiceOr
-        (
-            "criticalStretch", "criterion", wordList({"criticalStretch"})
-        );
-        o.critical_stretch =
-            damage.number("criticalStretch", range::above(1), dimless);
-        damage.finish();
-    }
-    return o;
-}
-
-
-void Foam::periFoam::solidBody::readHolds
-(
-    const polyMesh& solid,
-    List<unsigned char>& held
-)
-{
-    if (!dict_.found("holds"))
-    {
-        return;
-    }
-    const checkedDictionary holds(dict_.sub("holds"));
-    for (const word& name : holds.subNames())
-    {
-        const checkedDictionary hold(holds.sub(name));
-        const labelList cells(cellsOf(hold, solid));
-        const word type
-        (
-            hold.choiceOr("implicit", "type", wordList({"implicit", "tether"}))
-        );
-        if (type == "implicit")
-        {
-            for (const label celli : cells)
-            {
-                held[celli] = 1;
-            }
-        }
-        else
-        {
-            tethers_.append(new tether
-            {
-                cells,
-                hold.number
-                (
-                    "stiffness",
-                    range::above(0),
-                    dimForceDensity/dimLength
-                ),
-                hold.numberOr
-                (
-                    0, "damping", range::atLeast(0), dimDensity/dimTime
-                )
-            });
-        }
-        hold.finish();
-    }
-}
-
-
-void Foam::periFoam::solidBody::readLoads
-(
-    const polyMesh& solid,
-    const labelList& pointOfCell
-)
-{
-    if (!dict_.found("loads"))
-    {
-        return;
-    }
-    const checkedDictionary loads(dict_.sub("loads"));
-    for (const word& name : loads.subNames())
-    {
-        const checkedDictionary dict(loads.sub(name));
-        const word type
-        (
-            dict.choice("type", wordList({"traction", "bodyForce"}))
-        );
-        autoPtr<load> l(new load);
-        l->density.resize(view_.n_owned, vector::zero);
-        if (type == "traction")
-        {
-            const vector value(dict.vectorOf("value", dimPressure));
-            const word patch
-            (
-                dict.choice("patch", solid.boundaryMesh().names())
-            );
-            const polyPatch& pp = solid.boundaryMesh()[patch];
-            forAll(pp, i)
-            {
-                const label celli = pp.faceCells()[i];
-                l->density[pointOfCell[celli]] +=
-                    value*mag(pp.faceAreas()[i])/solid.cellVolumes()[celli];
-            }
-        }
-        else
-        {
-            const vector value(dict.vectorOf("value", dimForceDensity));
-            const labelList cells
-            (
-                dict.found("cellZone") || dict.found("patch")
-              ? cellsOf(dict, solid)
-              : identity(solid.nCells())
-            );
-            for (const label celli : cells)
-            {
-                l->density[pointOfCell[celli]] = value;
-            }
-        }
-        dict.found("rampCoeffs");
-        if (dict.found("ramp"))
-        {
-            l->ramp = Function1<scalar>::New("ramp", dict.dict());
-        }
-        dict.finish();
-        loads_.append(l.release());
-    }
-}
-
-
-void Foam::periFoam::solidBody::readPreCracks()
-{
-    if (!dict_.found("preCracks"))
-    {
-        return;
-    }
-    const checkedDictionary cracks(dict_.sub("preCracks"));
-    for (const word& name : cracks.subNames())
-    {
-        const checkedDictionary dict(cracks.sub(name));
-        const vector corner(dict.vectorOf("corner", dimLength));
-        const vector edge1(dict.vectorOf("edge1", dimLength));
-        const vector edge2
-        (
-            directions_.size() == 3
-          ? dict.vectorOf("edge2", dimLength)
-          : vector::zero
-        );
-        pd_rectangle r{};
-        forAll(directions_, a)
-        {
-            r.corner[a] = corner[directions_[a]];
-            r.edge1[a] = edge1[directions_[a]];
-            r.edge2[a] = edge2[directions_[a]];
-        }
-        const pd_status status = pd_body_precrack(body_, &r);
-        if (status.code != PD_OK)
-        {
-            dict.refuse("edge1", status.message);
-        }
-        dict.finish();
-    }
+    directions_ = solved;
+    middle_ = around.bounds().midpoint();
+    depth_ = depthOf(around);
 }
 
 
@@ -384,56 +146,22 @@ Foam::periFoam::solidBody::solidBody
 (
     const word& name,
     const checkedDictionary& dict,
-    const fvMesh& fluid,
-    const scalar rho
+    const polyMesh& solid,
+    const fvMesh* fluid,
+    const scalar rhoInf
 )
 :
     name_(name),
-    fluid_(fluid),
     dict_(dict),
-    plane_(0),
-    depth_(depthOf(fluid)),
+    fluid_(fluid),
+    middle_(Zero),
+    depth_(1),
     body_(nullptr),
-    view_{}
+    view_{},
+    loaded_(false)
 {
-    DynamicList<label> solved(3);
-    for (direction d = 0; d < 3; ++d)
-    {
-        if (fluid.geometricD()[d] > 0)
-        {
-            solved.append(d);
-        }
-        else
-        {
-            plane_ = fluid.bounds().midpoint()[d];
-        }
-    }
-    directions_ = solved;
-
-    const Time& time = fluid.time();
-    const fileName meshPath
-    (
-        time.path()/time.constant()/name/polyMesh::meshSubDir
-    );
-    for (const char* f : {"points", "faces", "owner", "neighbour", "boundary"})
-    {
-        if (!isFile(meshPath/f))
-        {
-            dict_.refuse
-            (
-                "formulation",
-                "the body " + name + " has no mesh " + (meshPath/f)
-              + "; allowed: a region mesh of that name (blockMesh -region "
-              + name + ")"
-            );
-        }
-    }
-    const pd_body_options o(options(rho));
-    const polyMesh solid
-    (
-        IOobject(name, time.constant(), time, IOobject::MUST_READ)
-    );
-    checkDimensions(solid);
+    orient(solid);
+    const pd_body_options o(options(rhoInf));
 
     List<unsigned char> held(solid.nCells(), (unsigned char)(0));
     readHolds(solid, held);
@@ -444,28 +172,15 @@ Foam::periFoam::solidBody::solidBody
     {
         pointOfCell[view_.id[p]] = p;
     }
-    for (tether& t : tethers_)
-    {
-        // Cells that an implicit hold holds too are left to that
-        DynamicList<label> points;
-        for (const label celli : t.points)
-        {
-            if (!held[celli])
-            {
-                points.append(pointOfCell[celli]);
-            }
-        }
-        t.points = points;
-    }
+    placeTethers(pointOfCell, held);
     readLoads(solid, pointOfCell);
+    readMotions(solid, pointOfCell);
+    readVelocities(solid, pointOfCell);
     checkConnected(solid);
+    readProtected(solid);
     readPreCracks();
     dict_.finish();
-    start_ = SubList<scalar>
-    (
-        UList<scalar>(view_.y, view_.n_owned*view_.dimension),
-        view_.n_moving*view_.dimension
-    );
+    keep();
 }
 
 
@@ -481,7 +196,7 @@ Foam::periFoam::solidBody::~solidBody()
 
 Foam::point Foam::periFoam::solidBody::position(const label p) const
 {
-    point x(plane_, plane_, plane_);
+    point x(middle_);
     forAll(directions_, a)
     {
         x[directions_[a]] = view_.y[p*view_.dimension + a];
@@ -492,7 +207,7 @@ Foam::point Foam::periFoam::solidBody::position(const label p) const
 
 Foam::point Foam::periFoam::solidBody::reference(const label p) const
 {
-    point X(plane_, plane_, plane_);
+    point X(middle_);
     forAll(directions_, a)
     {
         X[directions_[a]] = view_.X[p*view_.dimension + a];
@@ -512,57 +227,65 @@ Foam::vector Foam::periFoam::solidBody::velocity(const label p) const
 }
 
 
-void Foam::periFoam::solidBody::probe
-(
-    const point& X,
-    vector& displacement,
-    vector& velocity,
-    scalar& J,
-    scalar& damage
-) const
+Foam::labelList Foam::periFoam::solidBody::nearest(const point& X) const
 {
-    const label d = view_.dimension;
-    point inPlane(X);
-    if (d == 2)
+    point inside(middle_);
+    for (const label a : directions_)
     {
-        inPlane[3 - directions_[0] - directions_[1]] = plane_;
+        inside[a] = X[a];
     }
     scalar least = GREAT;
     for (label p = 0; p < view_.n_owned; ++p)
     {
-        least = min(least, mag(reference(p) - inPlane));
+        least = min(least, mag(reference(p) - inside));
     }
-
-    const scalarField phi(this->damage());
-    displacement = velocity = vector::zero;
-    J = damage = 0;
-    label count = 0;
+    DynamicList<label> points;
     for (label p = 0; p < view_.n_owned; ++p)
     {
-        const vector from(inPlane - reference(p));
-        if (mag(from) > least + 1e-6*view_.spacing[p])
+        if (mag(reference(p) - inside) <= least + 1e-6*view_.spacing[p])
         {
-            continue;
+            points.append(p);
         }
-        ++count;
-        displacement += position(p) - reference(p);
+    }
+    return labelList(std::move(points));
+}
+
+
+Foam::periFoam::solidBody::state Foam::periFoam::solidBody::probe
+(
+    const point& X,
+    const labelList& nearest
+) const
+{
+    const label d = view_.dimension;
+    const scalarField phi(damage());
+    symmTensorField sigma;
+    scalarField plasticStrain;
+    stress(sigma, plasticStrain);
+
+    state mean{Zero, Zero, 0, 0, Zero, 0};
+    const scalar share = 1.0/nearest.size();
+    for (const label p : nearest)
+    {
+        vector displacement(position(p) - reference(p));
         for (label r = 0; r < d; ++r)
         {
             for (label c = 0; c < d; ++c)
             {
+                const label axis = directions_[c];
                 displacement[directions_[r]] +=
                     (view_.F[(p*d + r)*d + c] - (r == c))
-                   *from[directions_[c]];
+                   *(X[axis] - reference(p)[axis]);
             }
         }
-        velocity += this->velocity(p);
-        J += view_.J[p];
-        damage += phi[p];
+        mean.displacement += share*displacement;
+        mean.velocity += share*velocity(p);
+        mean.J += share*view_.J[p];
+        mean.damage += share*phi[p];
+        mean.sigma += share*sigma[p];
+        mean.plasticStrain += share*plasticStrain[p];
     }
-    displacement /= count;
-    velocity /= count;
-    J /= count;
-    damage /= count;
+    return mean;
 }
 
 
@@ -574,6 +297,51 @@ Foam::scalarField Foam::periFoam::solidBody::damage() const
 }
 
 
+void Foam::periFoam::solidBody::stress
+(
+    symmTensorField& sigma,
+    scalarField& plasticStrain
+) const
+{
+    sigma.resize(view_.n_owned);
+    sigma = Zero;
+    plasticStrain.resize(view_.n_owned);
+    plasticStrain = 0;
+    if (!hasStress())
+    {
+        return;
+    }
+    scalarList components(PD_SYMMETRIC*view_.n_owned);
+    pd_body_stress(body_, components.data(), plasticStrain.data());
+
+    // The library's axes: those that are solved for, then the others
+    labelList axes(directions_);
+    for (label a = 0; a < 3; ++a)
+    {
+        if (!directions_.found(a))
+        {
+            axes.append(a);
+        }
+    }
+    const label pairs[PD_SYMMETRIC][2] =
+        {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+    const label ofPair[3][3] =
+    {
+        {symmTensor::XX, symmTensor::XY, symmTensor::XZ},
+        {symmTensor::XY, symmTensor::YY, symmTensor::YZ},
+        {symmTensor::XZ, symmTensor::YZ, symmTensor::ZZ}
+    };
+    forAll(sigma, p)
+    {
+        for (label k = 0; k < PD_SYMMETRIC; ++k)
+        {
+            sigma[p][ofPair[axes[pairs[k][0]]][axes[pairs[k][1]]]] =
+                components[PD_SYMMETRIC*p + k];
+        }
+    }
+}
+
+
 Foam::label Foam::periFoam::solidBody::pieces(labelList& piece) const
 {
     piece.resize(view_.n_owned);
@@ -581,7 +349,7 @@ Foam::label Foam::periFoam::solidBody::pieces(labelList& piece) const
 }
 
 
-Foam::scalar Foam::periFoam::solidBody::stableStep(const scalar rho) const
+Foam::scalar Foam::periFoam::solidBody::springStep(const scalar rho) const
 {
     // Midpoint rule for an oscillator, omega^2 = k/rho: stable below 2/omega;
     // a damped point, v' = -eta v/rho, taken explicitly: below 2 rho/eta. Half
@@ -625,12 +393,6 @@ void Foam::periFoam::solidBody::toEnd
 }
 
 
-void Foam::periFoam::solidBody::toStart()
-{
-    std::copy(start_.begin(), start_.end(), view_.y);
-}
-
-
 void Foam::periFoam::solidBody::setVelocity(const UList<vector>& v)
 {
     const label d = view_.dimension;
@@ -646,10 +408,16 @@ void Foam::periFoam::solidBody::setVelocity(const UList<vector>& v)
 
 pd_status Foam::periFoam::solidBody::setLoads(const scalar time)
 {
-    if (loads_.empty())
+    bool changes = !loaded_;
+    for (const load& l : loads_)
+    {
+        changes = changes || l.ramp.valid();
+    }
+    if (loads_.empty() || !changes)
     {
         return pd_status{};
     }
+    loaded_ = true;
     const label d = view_.dimension;
     scalarList b(view_.n_owned*d, Zero);
     for (const load& l : loads_)

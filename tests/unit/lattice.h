@@ -107,6 +107,9 @@ static inline void points_free(points *cloud)
 
 /* ---- bodies ---- */
 
+/* More than any family of a test has. */
+#define MOST_NEIGHBOURS 1024
+
 /* A value that the parameter's bounds allow. */
 static inline double some_value(const pd_parameter *p)
 {

@@ -14,6 +14,8 @@
 
 #define SPACING 0.05 /* m */
 
+enum { FAMILY = 400 }; /* most bonds of a point */
+
 /* Sums over families lose about 1e-14; moment matrices of jittered families and corners a
  * factor of up to 1e3 at order 2, 1e5 at order 3, where monomials are less distinct. */
 static const double rounding_of_order[] = {0, 1e-12, 1e-11, 1e-9};
@@ -26,7 +28,8 @@ static const pd_parameter moduli[] = {
 };
 enum { LAMBDA, MU };
 
-static void give_moduli(const double *parameters, double *bulk, double *shear)
+static void give_moduli(const double *parameters, int d, pd_plane plane, double *bulk,
+                        double *shear)
 {
     *bulk = parameters[LAMBDA] + 2. / 3 * parameters[MU];
     *shear = parameters[MU];
@@ -488,8 +491,9 @@ static sample hanging_sample(const kind *k)
 {
     sample s = scattered_sample(k);
     assert_ok(pd_damage_allocate(s.body));
-    const pd_local hanging = place_of(s.body, 0), *family;
-    const pd_local count = pd_body_family(s.body, hanging, &family);
+    pd_local family[FAMILY];
+    const pd_local hanging = place_of(s.body, 0);
+    const pd_local count = pd_body_family(s.body, hanging, FAMILY, family);
     for (pd_local l = 1; l < count; l++) {
         break_bond(s.body, hanging, family[l]);
         break_bond(s.body, family[l], hanging);
@@ -885,10 +889,10 @@ static pd_local bonds_broken(const sample *s)
 static void assert_breaks_are_mutual(const sample *s)
 {
     for (pd_local p = 0; p < s->view.n_active; p++) {
-        const pd_local *of_p, *of_q;
-        const pd_local count = pd_body_family(s->body, p, &of_p);
+        pd_local of_p[FAMILY], of_q[FAMILY];
+        const pd_local count = pd_body_family(s->body, p, FAMILY, of_p);
         for (pd_local k = 0; k < count; k++) {
-            const pd_local there = pd_body_family(s->body, of_p[k], &of_q);
+            const pd_local there = pd_body_family(s->body, of_p[k], FAMILY, of_q);
             for (pd_local l = 0; l < there; l++)
                 if (of_q[l] == p)
                     assert_int_equal(pd_body_bond_intact(s->body, p, k),
@@ -1050,7 +1054,7 @@ static void one_protected_end_protects_the_bond(void **state)
     const affine explosion = {{2, 0, 0, 0, 2, 0, 0, 0, 2}, {0}};
     body_map(s.body, &explosion);
     assert_ok(pd_body_forces(s.body));
-    const pd_local *family, of = pd_body_family(s.body, place_of(s.body, 21), &family);
+    const pd_local of = pd_body_family(s.body, place_of(s.body, 21), 0, NULL);
     const pd_summary summary = pd_body_summary(s.body);
     assert_int_equal(summary.bonds - summary.broken_bonds, of);
     assert_breaks_are_mutual(&s);

@@ -444,6 +444,7 @@ static const check checks[] = {
 };
 enum { CHECKS = sizeof checks / sizeof *checks };
 
+/* Each formulation with every material that it takes. */
 static size_t list_samples(sample *samples)
 {
     size_t n = 0;

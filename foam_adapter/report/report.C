@@ -1,0 +1,445 @@
+/*---------------------------------------------------------------------------*\
+    periFoam: peridynamic structures in OpenFOAM flows
+
+License
+    GPL-3.0-or-later, see LICENSE.
+
+\*---------------------------------------------------------------------------*/
+
+#include "report.H"
+
+// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
+
+namespace
+{
+
+using namespace Foam;
+
+void writeVector(Ostream& os, const vector& v)
+{
+    os << tab << v.x() << tab << v.y() << tab << v.z();
+}
+
+string briefVector(const vector& v)
+{
+    return
+        "(" + periFoam::brief(v.x()) + " " + periFoam::brief(v.y()) + " "
+      + periFoam::brief(v.z()) + ")";
+}
+
+} // End anonymous namespace
+
+
+// * * * * * * * * * * * * * * * Global Functions  * * * * * * * * * * * * * //
+
+Foam::word Foam::periFoam::brief(const scalar value)
+{
+    OStringStream os;
+    os.precision(4);
+    os << value;
+    return os.str();
+}
+
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+Foam::autoPtr<Foam::periFoam::report::table>
+Foam::periFoam::report::newTable
+(
+    const word& name,
+    const string& header,
+    const label bodyi,
+    const label i
+) const
+{
+    autoPtr<table> t(new table);
+    t->bodyi = bodyi;
+    t->i = i;
+    t->file = createFile(name);
+    writeHeader(t->file(), header);
+    return t;
+}
+
+
+void Foam::periFoam::report::writeColumns
+(
+    OFstream& os,
+    const wordList& columns
+) const
+{
+    writeCommented(os, "Time");
+    for (const word& column : columns)
+    {
+        writeTabbed(os, column);
+    }
+    os << endl;
+}
+
+
+void Foam::periFoam::report::createBodyTables()
+{
+    forAll(scene_.bodies(), i)
+    {
+        const word& name = scene_.bodies()[i].name();
+        bodies_.append(newTable(name, "Body " + name, i, 0).release());
+        writeColumns
+        (
+            bodies_[i].file(),
+            wordList
+            ({
+                "mean(J-1)", "sum((J-1)V)", "min(J)", "max(J)",
+                "kineticEnergy", "strainEnergy", "maxSpeed",
+                "bonds", "brokenBonds", "singular", "inverted",
+                "pieces", "freePieces"
+            })
+        );
+    }
+}
+
+
+void Foam::periFoam::report::createProbeTables()
+{
+    forAll(scene_.probes(), i)
+    {
+        const scene::probe& p = scene_.probes()[i];
+        const solidBody& body = scene_.bodies()[p.bodyi];
+        autoPtr<table> t
+        (
+            newTable
+            (
+                p.name, "Probe " + p.name + " of " + body.name(), p.bodyi, i
+            )
+        );
+        t->nearest = body.nearest(p.X);
+        writeHeaderValue(t->file(), "position", p.X);
+        wordList columns
+        ({
+            "displacement_x", "displacement_y", "displacement_z",
+            "U_x", "U_y", "U_z", "J", "damage"
+        });
+        if (body.hasStress())
+        {
+            for (direction k = 0; k < symmTensor::nComponents; ++k)
+            {
+                columns.append
+                (
+                    "sigma_" + word(symmTensor::componentNames[k])
+                );
+            }
+        }
+        if (body.isPlastic())
+        {
+            columns.append("plasticStrain");
+        }
+        writeColumns(t->file(), columns);
+        probes_.append(t.release());
+    }
+}
+
+
+void Foam::periFoam::report::createMotionTables()
+{
+    forAll(scene_.bodies(), i)
+    {
+        const solidBody& body = scene_.bodies()[i];
+        forAll(body.motions(), k)
+        {
+            const word& name = body.motions()[k].name();
+            autoPtr<table> t
+            (
+                newTable
+                (
+                    name,
+                    "Motion " + name + " of " + body.name()
+                  + ": force that it exerts, mean displacement",
+                    i,
+                    k
+                )
+            );
+            writeColumns
+            (
+                t->file(),
+                wordList
+                ({
+                    "force_x", "force_y", "force_z",
+                    "displacement_x", "displacement_y", "displacement_z"
+                })
+            );
+            motions_.append(t.release());
+        }
+    }
+}
+
+
+void Foam::periFoam::report::createCostTable()
+{
+    cost_ = createFile("cost");
+    writeHeader(cost_(), "Wall time since the first step [s]");
+    wordList columns({"step", "deltaT", "stableStep"});
+    columns.append(wall_.parts());
+    writeColumns(cost_(), columns);
+}
+
+
+void Foam::periFoam::report::lookForPieces
+(
+    const label bodyi,
+    const int64_t broken
+)
+{
+    const solidBody& body = scene_.bodies()[bodyi];
+    if (broken == brokenThen_[bodyi])
+    {
+        return;
+    }
+    brokenThen_[bodyi] = max(broken, int64_t(0));
+
+    // A piece is free when none of its points is held or moved
+    labelList piece;
+    const label n = body.pieces(piece);
+    boolList held(n, false);
+    for (label p = body.nMoving(); p < body.view().n_active; ++p)
+    {
+        held[piece[p]] = true;
+    }
+    for (const label p : body.prescribedPoints())
+    {
+        held[piece[p]] = true;
+    }
+    scalarList volume(n, Zero);
+    List<vector> centre(n, vector::zero);
+    scalar all = 0;
+    for (label p = 0; p < body.nMoving(); ++p)
+    {
+        all += body.volume(p);
+        volume[piece[p]] += body.volume(p);
+        centre[piece[p]] += body.volume(p)*body.position(p);
+    }
+
+    // Held points alone are no piece of what moves
+    label pieces = 0, freePieces = 0, largest = -1;
+    for (label i = 0; i < n; ++i)
+    {
+        pieces += volume[i] > 0;
+        if (!held[i])
+        {
+            ++freePieces;
+            largest = largest < 0 || volume[i] > volume[largest] ? i : largest;
+        }
+    }
+    if (pieces > pieces_[bodyi] && broken >= 0)
+    {
+        Info<< title_.c_str() << ": at t = " << brief(time_.value())
+            << " s " << body.name() << " is in " << pieces << " pieces:";
+        labelList order;
+        sortedOrder(volume, order, UList<scalar>::greater(volume));
+        for (label k = 0; k < min(pieces, label(3)); ++k)
+        {
+            const label i = order[k];
+            Info<< (k ? "; " : " ") << brief(100*volume[i]/all)
+                << " % of its volume, centred at "
+                << briefVector(centre[i]/volume[i]).c_str()
+                << ", " << (held[i] ? "held" : "free");
+        }
+        Info<< endl;
+    }
+    if (freePieces > freePieces_[bodyi] && broken >= 0)
+    {
+        Info<< title_.c_str() << ": at t = " << brief(time_.value())
+            << " s " << body.name() << " has " << freePieces
+            << (freePieces == 1 ? " piece" : " pieces")
+            << " that nothing holds, the largest with "
+            << brief(100*volume[largest]/all) << " % of its volume, centred at "
+            << briefVector(centre[largest]/volume[largest]).c_str() << endl;
+    }
+    pieces_[bodyi] = pieces;
+    freePieces_[bodyi] = freePieces;
+}
+
+
+void Foam::periFoam::report::writeBodyRow(const label bodyi)
+{
+    const pd_summary s = scene_.bodies()[bodyi].summary();
+    lookForPieces(bodyi, s.broken_bonds);
+    OFstream& os = bodies_[bodyi].file();
+    writeCurrentTime(os);
+    os  << tab << s.mean_volume_change << tab << s.sum_volume_change
+        << tab << s.smallest_J << tab << s.largest_J
+        << tab << s.kinetic_energy << tab << s.strain_energy
+        << tab << s.largest_speed
+        << tab << label(s.bonds) << tab << label(s.broken_bonds)
+        << tab << label(s.singular) << tab << label(s.inverted)
+        << tab << pieces_[bodyi] << tab << freePieces_[bodyi] << endl;
+}
+
+
+void Foam::periFoam::report::writeProbeRow(table& t)
+{
+    const solidBody& body = scene_.bodies()[t.bodyi];
+    const solidBody::state s
+    (
+        body.probe(scene_.probes()[t.i].X, t.nearest)
+    );
+    OFstream& os = t.file();
+    writeCurrentTime(os);
+    writeVector(os, s.displacement);
+    writeVector(os, s.velocity);
+    os << tab << s.J << tab << s.damage;
+    for (direction k = 0; body.hasStress() && k < symmTensor::nComponents; ++k)
+    {
+        os << tab << s.sigma[k];
+    }
+    if (body.isPlastic())
+    {
+        os << tab << s.plasticStrain;
+    }
+    os << endl;
+}
+
+
+void Foam::periFoam::report::writeMotionRow(table& t)
+{
+    const solidBody& body = scene_.bodies()[t.bodyi];
+    vector force, displacement;
+    body.reaction(body.motions()[t.i], force, displacement);
+    writeCurrentTime(t.file());
+    writeVector(t.file(), force);
+    writeVector(t.file(), displacement);
+    t.file() << endl;
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::periFoam::report::report
+(
+    const scene& s,
+    const objectRegistry& obr,
+    const word& name,
+    const string& title,
+    const wallTime& wall
+)
+:
+    writeFile(obr, name),
+    scene_(s),
+    time_(s.time()),
+    title_(title),
+    wall_(wall),
+    startTime_(s.time().value()),
+    pieces_(s.bodies().size(), Zero),
+    freePieces_(s.bodies().size(), Zero),
+    brokenThen_(s.bodies().size(), int64_t(0))
+{
+    writePrecision_ = 8;
+    createBodyTables();
+    createProbeTables();
+    createMotionTables();
+    createCostTable();
+    forAll(scene_.bodies(), i)
+    {
+        lookForPieces(i, -1);
+    }
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+void Foam::periFoam::report::announce() const
+{
+    for (const solidBody& body : scene_.bodies())
+    {
+        const pd_body_options& o = body.options();
+        Info<< "    " << body.name() << ": "
+            << label(body.view().n_owned) << " points, "
+            << label(body.view().n_moving) << " of them move; "
+            << label(body.summary().bonds) << " bonds; "
+            << o.formulation->name << ", " << o.material->name
+            << ", horizon " << o.horizon_ratio << " spacings, "
+            << (body.canBreak() ? "can break" : "cannot break") << nl;
+    }
+}
+
+
+void Foam::periFoam::report::writeRows(const scalar stableStep)
+{
+    forAll(bodies_, i)
+    {
+        writeBodyRow(i);
+    }
+    for (table& t : probes_)
+    {
+        writeProbeRow(t);
+    }
+    for (table& t : motions_)
+    {
+        writeMotionRow(t);
+    }
+    writeCurrentTime(cost_());
+    cost_()
+        << tab << time_.timeIndex() << tab << time_.deltaTValue()
+        << tab << stableStep;
+    for (const scalar seconds : wall_.seconds())
+    {
+        cost_() << tab << seconds;
+    }
+    cost_() << endl;
+}
+
+
+void Foam::periFoam::report::progress(const string& how) const
+{
+    int64_t bonds = 0, broken = 0, idle = 0;
+    scalar change = 0, volume = 0;
+    for (const solidBody& body : scene_.bodies())
+    {
+        const pd_summary s = body.summary();
+        bonds += s.bonds;
+        broken += s.broken_bonds;
+        idle += s.singular + s.inverted;
+        change += s.sum_volume_change;
+        if (s.mean_volume_change != 0)
+        {
+            volume += s.sum_volume_change/s.mean_volume_change;
+        }
+    }
+    const scalar wall = max(wall_.total(), SMALL);
+    const scalar run = time_.value() - startTime_;
+    const scalar left = max(time_.endTime().value() - time_.value(), 0);
+
+    Info<< title_.c_str() << ": t = " << brief(time_.value())
+        << " s, step " << time_.timeIndex() << ", " << how.c_str()
+        << ", broken bonds " << label(broken) << " of " << label(bonds)
+        << ", points without stress " << label(idle)
+        << ", volume change " << brief(volume > 0 ? 100*change/volume : 0)
+        << " %, wall time " << brief(wall) << " s: ";
+    const scalarList seconds(wall_.seconds());
+    forAll(seconds, i)
+    {
+        Info<< (i ? ", " : "") << wall_.parts()[i] << " "
+            << brief(100*seconds[i]/wall) << " %";
+    }
+    Info<< "; still to go " << brief(run > 0 ? wall*left/run : 0) << " s"
+        << nl << endl;
+}
+
+
+void Foam::periFoam::report::fail
+(
+    const label bodyi,
+    const label meshCell,
+    const string& cause,
+    const label step,
+    const scalar time,
+    const string& rest
+) const
+{
+    FatalErrorInFunction
+        << "step " << step << ", time " << time << " s, body "
+        << scene_.bodies()[bodyi].name()
+        << (meshCell < 0 ? "" : ", point of cell " + Foam::name(meshCell)).c_str()
+        << ": " << cause.c_str() << nl << "    " << rest.c_str()
+        << exit(FatalError);
+}
+
+
+// ************************************************************************* //

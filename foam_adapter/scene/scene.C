@@ -1,0 +1,216 @@
+/*---------------------------------------------------------------------------*\
+    periFoam: peridynamic structures in OpenFOAM flows
+
+License
+    GPL-3.0-or-later, see LICENSE.
+
+\*---------------------------------------------------------------------------*/
+
+#include "scene.H"
+#include "fvMesh.H"
+#include "OSspecific.H"
+#include "sigFpe.H"
+#include "Time.H"
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+void Foam::periFoam::scene::checkMesh
+(
+    const word& name,
+    const checkedDictionary& dict
+) const
+{
+    const fileName path
+    (
+        time_.path()/time_.constant()/name/polyMesh::meshSubDir
+    );
+    for (const char* f : {"points", "faces", "owner", "neighbour", "boundary"})
+    {
+        if (!isFile(path/f))
+        {
+            dict.refuse
+            (
+                "formulation",
+                "the body " + name + " has no mesh " + (path/f)
+              + "; allowed: a region mesh of that name (blockMesh -region "
+              + name + ")"
+            );
+        }
+    }
+}
+
+
+Foam::wordList Foam::periFoam::scene::bodyNames() const
+{
+    wordList names(bodies_.size());
+    forAll(bodies_, i)
+    {
+        names[i] = bodies_[i].name();
+    }
+    return names;
+}
+
+
+Foam::wordList Foam::periFoam::scene::tableNames() const
+{
+    wordList names(bodyNames());
+    names.append("cost");
+    for (const solidBody& body : bodies_)
+    {
+        const checkedDictionary& dict = body.dict();
+        for (const motion& m : body.motions())
+        {
+            if (names.found(m.name()))
+            {
+                dict.sub("motions").refuse
+                (
+                    m.name(),
+                    "allowed: a name other than cost and those of the bodies "
+                    "and of their other motions, whose tables stand beside it"
+                );
+            }
+            names.append(m.name());
+        }
+    }
+    return names;
+}
+
+
+void Foam::periFoam::scene::readProbes()
+{
+    const checkedDictionary top(properties());
+    const wordList bodies(bodyNames()), taken(tableNames());
+    if (top.found("probes"))
+    {
+        const checkedDictionary probes(top.sub("probes"));
+        for (const word& name : probes.subNames())
+        {
+            const checkedDictionary dict(probes.sub(name));
+            autoPtr<probe> p(new probe);
+            p->name = name;
+            p->bodyi = bodies.find(dict.choice("body", bodies));
+            p->X = dict.vectorOf("position", dimLength);
+            if (taken.found(name))
+            {
+                probes.refuse
+                (
+                    name,
+                    "allowed: a name other than cost and those of the bodies "
+                    "and motions, whose tables stand beside it"
+                );
+            }
+            dict.finish();
+            probes_.append(p.release());
+        }
+    }
+    // The top level is complete only here. Sub-dictionary parameters is the
+    // user's own, for macros
+    for (const char* key : {"parameters", "coupling", "integration", "bodies"})
+    {
+        top.found(key);
+    }
+    top.finish();
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::periFoam::scene::scene(const Time& time)
+:
+    time_(time),
+    properties_
+    (
+        // 1e400 is then refused with its line, rather than trapped
+        (
+            sigFpe::ignore(),
+            IOobject
+            (
+                "peridynamicsProperties",
+                time.constant(),
+                time,
+                IOobject::READ_IF_PRESENT,
+                IOobject::NO_WRITE
+            )
+        )
+    )
+{
+    if (!properties_.headerOk())
+    {
+        FatalIOErrorInFunction(time.controlDict())
+            << "cannot read " << properties_.objectPath()
+            << ", which describes the bodies" << exit(FatalIOError);
+    }
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+void Foam::periFoam::scene::readBodies
+(
+    const fvMesh* fluid,
+    const scalar rhoInf
+)
+{
+    const checkedDictionary top(properties());
+    const checkedDictionary dict(top.sub("bodies"));
+    const wordList names(dict.subNames());
+    if (names.empty())
+    {
+        top.refuse("bodies", "allowed: at least one body");
+    }
+    bodies_.resize(names.size());
+    meshes_.resize(fluid ? 0 : names.size());
+    forAll(names, i)
+    {
+        const checkedDictionary body(dict.sub(names[i]));
+        checkMesh(names[i], body);
+        IOobject io(names[i], time_.constant(), time_, IOobject::MUST_READ);
+        autoPtr<polyMesh> inFluid;
+        if (fluid)
+        {
+            inFluid.reset(new polyMesh(io));
+        }
+        else
+        {
+            // Schemes and solvers, which nothing here needs, are not read
+            io.readOpt() = IOobject::NO_READ;
+            meshes_.set(i, new fvMesh(io));
+        }
+        const polyMesh& mesh = fluid ? inFluid() : meshes_[i];
+        bodies_.set
+        (
+            i, new solidBody(names[i], body, mesh, fluid, rhoInf)
+        );
+    }
+    readProbes();
+}
+
+
+void Foam::periFoam::scene::checkStart() const
+{
+    for (const solidBody& body : bodies_)
+    {
+        for
+        (
+            const fileName& then :
+            {
+                time_.timePath()/"lagrangian"/body.name()/"displacement",
+                time_.timePath()/body.name()/"displacement"
+            }
+        )
+        {
+            if (time_.startTimeIndex() > 0 && isFile(then))
+            {
+                FatalIOErrorInFunction(time_.controlDict())
+                    << "the run starts at " << time_.timeName() << ", where "
+                    << then << " holds the body " << body.name()
+                    << "; allowed: a start from time 0, or from a flow without"
+                    << " bodies (this version does not continue a run of"
+                    << " bodies)" << exit(FatalIOError);
+            }
+        }
+    }
+}
+
+
+// ************************************************************************* //

@@ -1,0 +1,158 @@
+/*---------------------------------------------------------------------------*\
+    periFoam: peridynamic structures in OpenFOAM flows
+
+License
+    GPL-3.0-or-later, see LICENSE.
+
+Description
+    A body that moves by itself, without a fluid.
+
+\*---------------------------------------------------------------------------*/
+
+#include "solidBody.H"
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+void Foam::periFoam::solidBody::setMotions(const scalar time)
+{
+    const label d = view_.dimension;
+    forAll(motions_, i)
+    {
+        motion& m = motions_[i];
+        m.moveTo(time);
+        forAll(m.points(), k)
+        {
+            const point x(m.place(reference(m.points()[k])));
+            for (label a = 0; a < d; ++a)
+            {
+                if (m.axes().found(directions_[a]))
+                {
+                    prescribedPlace_[prescribedOf_[i][k]*d + a] =
+                        x[directions_[a]];
+                }
+            }
+        }
+    }
+}
+
+
+pd_prescribed Foam::periFoam::solidBody::prescribed() const
+{
+    pd_prescribed p{};
+    p.n = prescribedPoint_.size();
+    p.point = prescribedPoint_.cdata();
+    p.components = prescribedAxes_.cdata();
+    p.y = prescribedPlace_.cdata();
+    return p;
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+void Foam::periFoam::solidBody::keep()
+{
+    const label size = view_.n_moving*view_.dimension;
+    start_.resize(size);
+    std::copy(view_.y, view_.y + size, start_.begin());
+    if (!fluid_)
+    {
+        startVelocity_.resize(size);
+        std::copy(view_.v, view_.v + size, startVelocity_.begin());
+    }
+}
+
+
+void Foam::periFoam::solidBody::toStart()
+{
+    std::copy(start_.begin(), start_.end(), view_.y);
+    std::copy(startVelocity_.begin(), startVelocity_.end(), view_.v);
+}
+
+
+pd_status Foam::periFoam::solidBody::begin(const scalar time)
+{
+    const pd_status status = setLoads(time);
+    return status.code == PD_OK ? pd_body_forces(body_) : status;
+}
+
+
+pd_status Foam::periFoam::solidBody::step
+(
+    const pd_integrator& integrator,
+    const scalar deltaT,
+    const scalar time
+)
+{
+    setMotions(time);
+    pd_status status = setLoads(time);
+    if (status.code == PD_OK)
+    {
+        const pd_prescribed motions(prescribed());
+        status = pd_body_step(body_, &integrator, deltaT, &motions);
+    }
+    return status;
+}
+
+
+pd_status Foam::periFoam::solidBody::relax
+(
+    const scalar time,
+    relaxation& r,
+    const std::function<void(const relaxation&)>& told
+)
+{
+    setMotions(time);
+    pd_status status = setLoads(time);
+    pd_relaxation* state = nullptr;
+    if (status.code == PD_OK)
+    {
+        status = pd_relaxation_create(body_, &state);
+    }
+    const pd_prescribed motions(prescribed());
+    r.residual = GREAT;
+    for
+    (
+        r.iterations = 0;
+        status.code == PD_OK
+     && r.residual > r.tolerance
+     && r.iterations < r.maxIterations;
+        ++r.iterations
+    )
+    {
+        status = pd_relaxation_step(state, &motions, &r.residual);
+        told(r);
+    }
+    if (state)
+    {
+        pd_relaxation_destroy(state);
+    }
+    return status;
+}
+
+
+void Foam::periFoam::solidBody::reaction
+(
+    const motion& m,
+    vector& force,
+    vector& displacement
+) const
+{
+    force = displacement = vector::zero;
+    const label d = view_.dimension;
+    for (const label p : m.points())
+    {
+        displacement += position(p) - reference(p);
+        for (label a = 0; a < d; ++a)
+        {
+            const label axis = directions_[a];
+            if (m.axes().found(axis))
+            {
+                force[axis] -= volume(p)*view_.force[p*d + a];
+            }
+        }
+    }
+    displacement /= max(m.points().size(), 1);
+}
+
+
+// ************************************************************************* //
