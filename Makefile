@@ -23,6 +23,7 @@ PD_SOURCES = \
     pd_solver/src/damage.c \
     pd_solver/src/step.c \
     pd_solver/src/relaxation.c \
+    pd_solver/src/smooth.c \
     pd_solver/src/status.c
 
 ADAPTER_SOURCES = \

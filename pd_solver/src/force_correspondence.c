@@ -225,28 +225,69 @@ static bool accepts(const pd_material *material, int d, pd_plane plane)
     return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
 }
 
-/* The force is B^T C B u with B: u -> F - 1, whose rows and columns sum to at most
- * 2 sum_k w_k |K^-1 xi_k|; omega^2 <= (M / rho) row sum x column sum. */
+/* Largest sum of absolute values in a row: no eigenvalue is beyond it. */
+static double row_norm(int d, const double *A)
+{
+    double most = 0;
+    for (int r = 0; r < d; r++) {
+        double sum = 0;
+        for (int c = 0; c < d; c++)
+            sum += fabs(A[r * d + c]);
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+/* s = K^-1 sum w xi, by which the displacement of point i itself enters F; returns the
+ * weight of its moving neighbours. */
+static double own_part(const pd_body *b, pd_local i, double *s)
+{
+    const int d = b->options.dimension;
+    double sum[3] = {0}, weight = 0;
+    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+        const pd_local j = b->families.neighbour[k];
+        const bool held = j >= b->n_moving;
+        double xi[3];
+        subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+        weight += held ? 0 : b->weight[k];
+        for (int a = 0; a < d; a++)
+            sum[a] += (held ? mirror(b, i, j) : 1) * b->weight[k] * xi[a];
+    }
+    for (int a = 0; a < d; a++)
+        s[a] = dot(d, b->K_inverse + (size_t)i * d * d + a * d, sum);
+    return weight;
+}
+
+/*
+ * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
+ * body), Cauchy's inequality gives for any theta > 0
+ *
+ *     |F_i - 1|^2 <= mu_i (sum_j w |u_j|^2 + theta |u_i|^2),   mu = |K^-1 + s s^T/theta|.
+ *
+ * The strain energy, at most half of M |F - 1|^2 V in waves, is so bounded by a diagonal
+ * form, and omega^2 by that over rho. The best theta is |s| sqrt(sum w / |K^-1|).
+ */
 static void frequency(const pd_body *b, double *omega2)
 {
     const int d = b->options.dimension;
     const double c = pd_body_longitudinal_speed(b);
-    double *row = omega2, widest = 0;
-    for (pd_local i = 0; i < b->n_moving; i++) {
-        double sum = 0;
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            double xi[3], K_xi[3] = {0};
-            const pd_local j = b->families.neighbour[k];
-            subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-            for (int r = 0; r < d; r++)
-                K_xi[r] = dot(d, b->K_inverse + (size_t)i * d * d + r * d, xi);
-            sum += b->weight[k] * sqrt(dot(d, K_xi, K_xi));
-        }
-        row[i] = 2 * sum;
-        widest = fmax(widest, row[i]);
-    }
     for (pd_local i = 0; i < b->n_moving; i++)
-        omega2[i] = c * c * row[i] * widest;
+        omega2[i] = 0;
+    for (pd_local i = 0; i < b->n_moving; i++) {
+        double A[9], s[3];
+        memcpy(A, b->K_inverse + (size_t)i * d * d, (size_t)(d * d) * sizeof *A);
+        const double weight = own_part(b, i, s), norm = row_norm(d, A);
+        const double theta = norm > 0 ? sqrt(dot(d, s, s) * weight / norm) : 0;
+        if (theta > 0)
+            add_dyad(d, 1 / theta, s, s, A);
+        const double mu = c * c * row_norm(d, A);
+        omega2[i] += theta * mu;
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const pd_local j = b->families.neighbour[k];
+            if (j < b->n_moving) /* w of j's bond to i */
+                omega2[j] += b->weight[k] * b->volume[i] / b->volume[j] * mu;
+        }
+    }
 }
 
 /* P F^T / J; in two dimensions without the stress across the plane. */

@@ -1,5 +1,13 @@
 /*
- * Dynamic relaxation, [kilic2010].
+ * Relaxation to equilibrium: quasi-Newton iterations with limited memory, [nocedal1980],
+ * in the metric of a fictitious mass (smooth.c) instead of the diagonal one and adaptive
+ * damping of [kilic2010]; docs/relaxation.md compares them.
+ *
+ * An iteration is one evaluation of forces. With the unbalanced forces g (N) at a base y,
+ * the direction is p = H g, where H is M^-1 improved by the last pairs (s, q) of
+ * displacements and the internal forces that they caused. y + p is taken unless it goes
+ * far beyond the place along p where the forces balance: then the next iteration goes
+ * back to that place. Energies are not needed, so that every formulation can be relaxed.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -8,42 +16,88 @@
 #include <string.h>
 
 #include "body.h"
+#include "smooth.h"
 #include "status.h"
 #include "step.h"
 
+/* Pairs that are remembered. Fewer cost iterations, more cost memory. */
+enum { PAIRS = 8 };
+
+/* Share of M^-1 g in the first steps, before a pair says how stiff the body is. */
+#define CAUTIOUS 0.2
+
+/* How far beyond balance a step may go: opposing power after it over that before it. */
+#define OVERSHOOT 2.
+
+/* A step is cut this often when it overshoots, or when forces fail, before it is taken as
+ * it is, or the failure is passed on. Each time to at most SHORTER of it. */
+enum { CUTS = 10 };
+#define SHORTER 0.25
+
+/* Share in the residual's reference of the largest unbalanced force so far, for bodies
+ * that come to rest without load. */
+#define REMEMBERED 1e-3
+
+/* Unbalanced forces below this share of those that displacements as large as positions
+ * would cause are round-off. */
+#define ROUNDING 3e-17
+
 struct pd_relaxation {
-    pd_body *body;   /* borrowed */
-    double *mass;    /* [n_moving] fictitious density for steps of 1 */
-    double *before;  /* [n_moving][d] forces of the last iteration */
-    double damping;  /* c of the next iteration, 1 per step */
-    double stiffest; /* factor on mass, which grows with the stiffness found */
-    double largest_unbalance;
+    pd_body *body; /* borrowed */
+    pd_smooth smooth;
+    unsigned char *prescribed; /* [n_moving] that smooth and the pairs are made for */
+    size_t size;               /* n_moving d, the length of all that follow */
+    double *store;             /* all arrays in one */
+    double *internal;          /* forces without loads at y, N */
+    double *base,
+        *base_internal; /* where the direction was chosen, and the forces there */
+    double *direction;
+    double *work;
+    double *moved[PAIRS], *answer[PAIRS]; /* s and q, rings */
+    double inverse[PAIRS];                /* 1/(s . q) */
+    int pairs, latest;
+    double scale;   /* of M^-1 in H */
+    double length;  /* of the step along direction */
+    int cuts;       /* of this direction; 0 while none is chosen */
+    bool searching; /* the next iteration goes on along direction */
     bool started;
-    bool jumped; /* prescribed points moved in this iteration */
+    double largest_unbalance;
 };
+
+/* ---- creation ---- */
 
 pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
 {
     *relaxation = NULL;
     if (pd_body_has_history(b))
         return pd_status_fail(PD_BAD_ARGUMENT, -1,
-                              "relaxation of a body whose material has a history");
-    const size_t n = (size_t)b->n_moving, d = (size_t)b->options.dimension;
+                              "the body has a history; allowed: elastic bodies");
     pd_relaxation *r = calloc(1, sizeof *r);
     if (!r)
         return pd_status_fail(PD_NO_MEMORY, -1, "relaxation");
+    const size_t n = (size_t)b->n_moving;
     r->body = b;
-    r->mass = malloc((n + 1) * sizeof *r->mass);
-    r->before = calloc(n * d + 1, sizeof *r->before);
-    if (!r->mass || !r->before) {
+    r->size = n * (size_t)b->options.dimension;
+    r->prescribed = calloc(n + 1, sizeof *r->prescribed);
+    r->store = calloc((5 + 2 * PAIRS) * r->size + 1, sizeof *r->store);
+    memset(b->prescribed, 0, n);
+    pd_status status = pd_smooth_create(b, &r->smooth);
+    if (status.code == PD_OK && !(r->prescribed && r->store))
+        status = pd_status_fail(PD_NO_MEMORY, -1, "relaxation of %zu points", n);
+    if (status.code != PD_OK) {
         pd_relaxation_destroy(r);
-        return pd_status_fail(PD_NO_MEMORY, -1, "relaxation of %zu points", n);
+        return status;
     }
-    b->options.formulation->frequency(b, r->mass);
-    for (size_t p = 0; p < n; p++)
-        r->mass[p] *= b->options.density / 4;
-    r->stiffest = 1.1;
-    memset(b->v, 0, n * d * sizeof *b->v);
+    double **const arrays[] = {&r->internal, &r->base, &r->base_internal, &r->direction,
+                               &r->work};
+    for (size_t k = 0; k < 5; k++)
+        *arrays[k] = r->store + k * r->size;
+    for (size_t k = 0; k < PAIRS; k++) {
+        r->moved[k] = r->store + (5 + 2 * k) * r->size;
+        r->answer[k] = r->moved[k] + r->size;
+    }
+    r->scale = CAUTIOUS;
+    memset(b->v, 0, r->size * sizeof *b->v);
     *relaxation = r;
     return pd_status_ok();
 }
@@ -52,101 +106,201 @@ void pd_relaxation_destroy(pd_relaxation *r)
 {
     if (!r)
         return;
-    pd_body *b = r->body;
-    memset(b->v, 0, (size_t)b->n_moving * (size_t)b->options.dimension * sizeof *b->v);
-    free(r->mass);
-    free(r->before);
+    pd_smooth_free(&r->smooth);
+    free(r->prescribed);
+    free(r->store);
     free(r);
 }
 
-static void move(pd_relaxation *r, const pd_prescribed *prescribed)
+/* ---- forces ---- */
+
+static double product(const pd_relaxation *r, const double *a, const double *b)
 {
-    pd_body *b = r->body;
-    const int d = b->options.dimension;
-    const double keep = (2 - r->damping) / (2 + r->damping);
-    for (pd_local p = 0; p < b->n_moving; p++)
-        for (int a = 0; a < d; a++) {
-            const size_t c = (size_t)p * d + a;
-            b->v[c] = keep * b->v[c] +
-                      2 / (2 + r->damping) * b->force[c] / (r->stiffest * r->mass[p]);
-        }
-    pd_prescribed_velocities(b, 1, prescribed);
-    r->jumped = false;
-    for (pd_local p = 0; p < b->n_moving; p++)
-        for (int a = 0; a < d; a++)
-            if (pd_is_prescribed(b, p, a) && b->v[(size_t)p * d + a] != 0)
-                r->jumped = true;
-    pd_drift(b, 1, prescribed);
+    double sum = 0;
+    for (size_t c = 0; c < r->size; c++)
+        sum += a[c] * b[c];
+    return sum;
 }
 
-static pd_status forces(pd_body *b)
+/* Forces at y, and the part of them that answers deformation. */
+static pd_status evaluate(pd_relaxation *r)
 {
-    const size_t n = (size_t)b->n_moving * (size_t)b->options.dimension;
+    pd_body *b = r->body;
+    const size_t d = (size_t)b->options.dimension;
     PD_TRY(pd_body_forces(b));
-    for (size_t c = 0; c < n; c++)
-        b->force[c] += b->options.damping * b->v[c]; /* that of v, which is fictitious */
+    for (size_t c = 0; c < r->size; c++)
+        r->internal[c] = b->volume[c / d] * (b->force[c] - (b->load ? b->load[c] : 0));
     return pd_status_ok();
 }
 
-static void adapt(pd_relaxation *r)
+/* g = internal + loads, 0 where prescribed. */
+static void unbalanced(const pd_relaxation *r, const double *internal, double *g)
 {
     const pd_body *b = r->body;
     const int d = b->options.dimension;
-    double stiffness = 0, inertia = 0, power = 0;
     for (pd_local p = 0; p < b->n_moving; p++)
         for (int a = 0; a < d; a++) {
             const size_t c = (size_t)p * d + a;
-            if (pd_is_prescribed(b, p, a))
-                continue;
-            stiffness += b->volume[p] * b->v[c] * (r->before[c] - b->force[c]);
-            inertia += b->volume[p] * b->v[c] * b->v[c] * r->stiffest * r->mass[p];
-            power += b->volume[p] * b->v[c] * b->force[c];
+            const double load = b->load ? b->volume[p] * b->load[c] : 0;
+            g[c] = pd_is_prescribed(b, p, a) ? 0 : internal[c] + load;
         }
-    const double square = inertia > 0 ? stiffness / inertia : 0;
-    if (square > 3.2) {
-        r->stiffest *= fmax(1.5, square / 3);
-        memset(b->v, 0, (size_t)b->n_moving * (size_t)d * sizeof *b->v);
-    }
-    r->damping = 2 * sqrt(fmin(fmax(square, 0), 0.9));
 }
 
+/* ---- direction ---- */
+
+static void forget(pd_relaxation *r)
+{
+    r->pairs = 0;
+    r->searching = false;
+}
+
+/* f := H f, by the two loops of [nocedal1980]. */
+static void improve(pd_relaxation *r, double *f)
+{
+    double along[PAIRS];
+    for (int i = 0; i < r->pairs; i++) {
+        const int k = (r->latest + PAIRS - i) % PAIRS;
+        along[k] = product(r, r->moved[k], f) * r->inverse[k];
+        for (size_t c = 0; c < r->size; c++)
+            f[c] -= along[k] * r->answer[k][c];
+    }
+    pd_smooth_apply(&r->smooth, f);
+    for (size_t c = 0; c < r->size; c++)
+        f[c] *= r->scale;
+    for (int i = r->pairs - 1; i >= 0; i--) {
+        const int k = (r->latest + PAIRS - i) % PAIRS;
+        const double change = along[k] - product(r, r->answer[k], f) * r->inverse[k];
+        for (size_t c = 0; c < r->size; c++)
+            f[c] += change * r->moved[k][c];
+    }
+}
+
+/* Choose a direction from where the body is, one that the forces push along. */
+static void choose(pd_relaxation *r)
+{
+    memcpy(r->base, r->body->y, r->size * sizeof *r->base);
+    memcpy(r->base_internal, r->internal, r->size * sizeof *r->internal);
+    unbalanced(r, r->internal, r->work);
+    for (;;) {
+        memcpy(r->direction, r->work, r->size * sizeof *r->work);
+        improve(r, r->direction);
+        if (r->pairs == 0 || product(r, r->direction, r->work) > 0)
+            break;
+        forget(r);
+    }
+    r->length = 1;
+    r->cuts = 0;
+    r->searching = true;
+}
+
+/* Remember the pair of the step that was taken, if the body resisted it. */
+static void learn(pd_relaxation *r)
+{
+    const int next = (r->latest + 1) % PAIRS;
+    double *s = r->moved[next], *q = r->answer[next];
+    for (size_t c = 0; c < r->size; c++) {
+        s[c] = r->length * r->direction[c];
+        q[c] = r->base_internal[c] - r->internal[c];
+        r->work[c] = q[c];
+    }
+    pd_smooth_apply(&r->smooth, r->work);
+    const double stiffness = product(r, s, q), soft = product(r, r->work, q);
+    if (!(stiffness > 1e-6 * sqrt(product(r, s, s) * product(r, q, q)) && soft > 0))
+        return;
+    r->inverse[next] = 1 / stiffness;
+    r->scale = stiffness / soft;
+    r->latest = next;
+    r->pairs = r->pairs < PAIRS ? r->pairs + 1 : PAIRS;
+}
+
+/* ---- an iteration ---- */
+
+/* Take up which components are prescribed; do any of them move now? */
+static bool drive(pd_relaxation *r, const pd_prescribed *prescribed)
+{
+    const pd_body *b = r->body;
+    const size_t d = (size_t)b->options.dimension;
+    if (memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) != 0) {
+        memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
+        pd_smooth_fix(&r->smooth);
+        forget(r);
+    }
+    for (size_t k = 0; prescribed && k < prescribed->n; k++)
+        for (size_t a = 0; a < d; a++)
+            if (prescribed->components[k] >> a & 1 &&
+                prescribed->y[k * d + a] != b->y[(size_t)prescribed->point[k] * d + a])
+                return true;
+    return false;
+}
+
+/* Move along the direction, less far if forces fail there. */
+static pd_status advance(pd_relaxation *r, const pd_prescribed *prescribed)
+{
+    for (int tries = 0;; tries++) {
+        for (size_t c = 0; c < r->size; c++)
+            r->body->y[c] = r->base[c] + r->length * r->direction[c];
+        pd_place_prescribed(r->body, prescribed);
+        const pd_status status = evaluate(r);
+        if (status.code == PD_OK || tries == CUTS)
+            return status;
+        r->length *= SHORTER;
+    }
+}
+
+/* Keep the place that the step led to, or have the next iteration go back a little. */
+static void conclude(pd_relaxation *r, bool driven)
+{
+    unbalanced(r, r->base_internal, r->work);
+    const double before = product(r, r->direction, r->work);
+    unbalanced(r, r->internal, r->work);
+    const double after = product(r, r->direction, r->work);
+    r->searching = !driven && after < -OVERSHOOT * before && r->cuts++ < CUTS;
+    if (r->searching)
+        r->length *= fmax(before / (before - after), 0.1);
+    else if (!driven)
+        learn(r);
+}
+
+/* See docs/relaxation.md. */
 static double residual_of(pd_relaxation *r)
 {
     const pd_body *b = r->body;
     const int d = b->options.dimension;
-    double unbalance = 0, loads = 0, reactions = 0;
+    double unbalance = 0, loads = 0, reactions = 0, rounding = 0, farthest = 0;
     for (pd_local p = 0; p < b->n_moving; p++)
         for (int a = 0; a < d; a++) {
             const size_t c = (size_t)p * d + a;
-            const double force = b->volume[p] * b->force[c];
+            const double load = b->load ? b->volume[p] * b->load[c] : 0;
+            const double force = r->internal[c] + load;
+            farthest = fmax(farthest, fabs(b->y[c]));
+            rounding += r->smooth.stiffness[p] * r->smooth.stiffness[p];
             if (pd_is_prescribed(b, p, a)) {
                 reactions += force * force;
                 continue;
             }
-            const double load = b->load ? b->volume[p] * b->load[c] : 0;
             unbalance += force * force;
             loads += load * load;
         }
     unbalance = sqrt(unbalance);
     r->largest_unbalance = fmax(r->largest_unbalance, unbalance);
-    const double all = sqrt(loads) + sqrt(reactions) + 1e-3 * r->largest_unbalance;
-    return all > 0 ? unbalance / all : 0;
+    if (unbalance <= ROUNDING * farthest * sqrt(rounding))
+        return 0;
+    return unbalance /
+           (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->largest_unbalance);
 }
 
 pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
                              double *residual)
 {
-    pd_body *b = r->body;
-    const size_t n = (size_t)b->n_moving * (size_t)b->options.dimension;
-    PD_TRY(pd_prescribe(b, prescribed));
+    PD_TRY(pd_prescribe(r->body, prescribed));
     if (!r->started)
-        PD_TRY(forces(b));
+        PD_TRY(evaluate(r));
     r->started = true;
-    move(r, prescribed);
-    memcpy(r->before, b->force, n * sizeof *r->before);
-    PD_TRY(forces(b));
-    if (!r->jumped) /* their jump changes forces too: it says nothing of the free points */
-        adapt(r);
+    const bool driven = drive(r, prescribed);
+    if (!r->searching)
+        choose(r);
+    PD_TRY(advance(r, prescribed));
+    conclude(r, driven);
     *residual = residual_of(r);
     return pd_status_ok();
 }

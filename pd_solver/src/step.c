@@ -49,7 +49,17 @@ pd_status pd_prescribe(pd_body *b, const pd_prescribed *prescribed)
     return pd_status_ok();
 }
 
-void pd_prescribed_velocities(pd_body *b, double dt, const pd_prescribed *prescribed)
+void pd_place_prescribed(pd_body *b, const pd_prescribed *prescribed)
+{
+    const size_t d = (size_t)b->options.dimension;
+    for (size_t k = 0; prescribed && k < prescribed->n; k++)
+        for (size_t a = 0; a < d; a++)
+            if (prescribed->components[k] >> a & 1)
+                b->y[(size_t)prescribed->point[k] * d + a] = prescribed->y[k * d + a];
+}
+
+/* The velocity that takes prescribed components where they shall be. */
+static void prescribe_velocities(pd_body *b, double dt, const pd_prescribed *prescribed)
 {
     const size_t d = (size_t)b->options.dimension;
     for (size_t k = 0; prescribed && k < prescribed->n; k++)
@@ -58,18 +68,6 @@ void pd_prescribed_velocities(pd_body *b, double dt, const pd_prescribed *prescr
             if (prescribed->components[k] >> a & 1)
                 b->v[c] = (prescribed->y[k * d + a] - b->y[c]) / dt;
         }
-}
-
-void pd_drift(pd_body *b, double dt, const pd_prescribed *prescribed)
-{
-    const size_t d = (size_t)b->options.dimension;
-    for (size_t c = 0; c < (size_t)b->n_moving * d; c++)
-        b->y[c] += dt * b->v[c];
-    /* Where they shall be to the last bit. */
-    for (size_t k = 0; prescribed && k < prescribed->n; k++)
-        for (size_t a = 0; a < d; a++)
-            if (prescribed->components[k] >> a & 1)
-                b->y[(size_t)prescribed->point[k] * d + a] = prescribed->y[k * d + a];
 }
 
 /* ---- integrators ---- */
@@ -101,9 +99,12 @@ static void kick_and_damp(pd_body *b, double rate)
 /* To the end of the step with the velocities in its middle, and the forces there. */
 static pd_status move(pd_body *b, double dt, const pd_prescribed *prescribed)
 {
-    pd_prescribed_velocities(b, dt, prescribed);
+    const size_t size = (size_t)b->n_moving * (size_t)b->options.dimension;
+    prescribe_velocities(b, dt, prescribed);
     PD_TRY(pd_body_advance(b, dt, 0));
-    pd_drift(b, dt, prescribed);
+    for (size_t c = 0; c < size; c++)
+        b->y[c] += dt * b->v[c];
+    pd_place_prescribed(b, prescribed); /* to the last bit */
     return pd_body_forces(b);
 }
 

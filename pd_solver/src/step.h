@@ -12,11 +12,8 @@
  * Errors: PD_BAD_ARGUMENT, PD_NOT_FINITE. */
 pd_status pd_prescribe(pd_body *b, const pd_prescribed *prescribed);
 
-/* Give prescribed components the velocity that takes them where they shall be. */
-void pd_prescribed_velocities(pd_body *b, double dt, const pd_prescribed *prescribed);
-
-/* y += dt v. */
-void pd_drift(pd_body *b, double dt, const pd_prescribed *prescribed);
+/* Put prescribed components where they shall be. */
+void pd_place_prescribed(pd_body *b, const pd_prescribed *prescribed);
 
 /* Is the component of a moving point marked by pd_prescribe? */
 static inline bool pd_is_prescribed(const pd_body *b, pd_local p, int axis)
