@@ -41,8 +41,8 @@ void Foam::periFoam::solidBody::setMotions(const scalar time)
 Foam::label Foam::periFoam::solidBody::gradualSteps(const scalar time)
 {
     // A part that jumps would turn the material beside it inside out before
-    // the rest can follow, by about a spacing an iteration
-    const scalar part = 0.01;
+    // the rest can follow
+    const scalar part = 0.1;
     const label d = view_.dimension;
     scalar steps = 1;
     setMotions(time);
