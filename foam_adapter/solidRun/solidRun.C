@@ -220,6 +220,7 @@ void Foam::periFoam::solidRun::relax(const label bodyi)
     solidBody& body = scene_.bodies()[bodyi];
     const pd_status status = body.relax
     (
+        doneTime_,
         time_.value(),
         relaxation_,
         [&](const solidBody::relaxation& r)
@@ -359,6 +360,7 @@ Foam::periFoam::solidRun::solidRun(Time& time)
         {
             checkStep();
         }
+        setDeltaT(); // before the first run(), which compares it with endTime
     }
     else
     {
