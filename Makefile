@@ -63,6 +63,8 @@ UNIT_TESTS = \
     test_rate_material \
     test_damage \
     test_body \
+    test_step \
+    test_relaxation \
     test_traps
 
 # One program each, pd_solver/bench/<name>.c.

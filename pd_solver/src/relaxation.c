@@ -34,9 +34,13 @@ enum { PAIRS = 8, VECTORS = 6 };
 enum { CUTS = 10 };
 #define SHORTER 0.25
 
-/* Share in the residual's reference of the largest unbalanced force so far, for bodies
- * that come to rest without load. */
+/* Share in the residual's reference of what was unbalanced at the start and where
+ * prescribed components moved, for bodies that come to rest without load. */
 #define REMEMBERED 1e-3
+
+/* Iterations with failing forces that a jump of prescribed components may take before the
+ * failure is passed on; without a jump, in a row. */
+enum { MOST_FAILURES = 100 };
 
 /* Unbalanced forces below this share of those that displacements as large as positions
  * would cause are round-off. */
@@ -64,10 +68,24 @@ struct pd_relaxation {
     int cuts;       /* of this direction; 0 while none is chosen */
     bool searching; /* the next iteration goes on along direction */
     bool started;
-    double largest_unbalance;
+    int failures;
+    double remembered; /* norm of the largest unbalanced forces as above, N */
+    double noise;      /* norm of forces that round-off causes, N */
 };
 
 /* ---- creation ---- */
+
+static double noise_of(const pd_relaxation *r)
+{
+    const pd_body *b = r->body;
+    const size_t d = (size_t)b->options.dimension;
+    double farthest = 0, squares = 0;
+    for (size_t c = 0; c < r->size; c++) {
+        farthest = fmax(farthest, fabs(b->y[c]));
+        squares += r->smooth.stiffness[c / d] * r->smooth.stiffness[c / d];
+    }
+    return ROUNDING * farthest * sqrt(squares);
+}
 
 pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
 {
@@ -101,6 +119,7 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
     }
     r->scale = CAUTIOUS;
     r->stride = 1;
+    r->noise = noise_of(r);
     memset(b->v, 0, r->size * sizeof *b->v);
     *relaxation = r;
     return pd_status_ok();
@@ -209,7 +228,9 @@ static void learn(pd_relaxation *r)
     }
     pd_smooth_apply(&r->smooth, r->work);
     const double stiffness = product(r, s, q), soft = product(r, r->work, q);
-    if (!(stiffness > 1e-6 * sqrt(product(r, s, s) * product(r, q, q)) && soft > 0))
+    const double answer = sqrt(product(r, q, q));
+    if (!(stiffness > 1e-6 * sqrt(product(r, s, s)) * answer && soft > 0 &&
+          answer > 10 * r->noise))
         return;
     r->inverse[next] = 1 / stiffness;
     r->scale = stiffness / soft;
@@ -250,15 +271,28 @@ static bool drive(pd_relaxation *r, const pd_prescribed *prescribed)
     return driven;
 }
 
+/* Is a failure of forces to be met by a shorter step? */
+static bool may_shorten(pd_relaxation *r, pd_status status, int cuts)
+{
+    if (status.code == PD_OK || cuts == CUTS)
+        return false;
+    if (cuts == 0)
+        r->failures++;
+    return r->failures <= MOST_FAILURES;
+}
+
 /* Move along the direction, less far if forces fail there. */
 static pd_status search(pd_relaxation *r, const pd_prescribed *prescribed)
 {
-    for (int tries = 0;; tries++) {
+    pd_status status;
+    for (int cuts = 0;; cuts++) {
         for (size_t c = 0; c < r->size; c++)
             r->body->y[c] = r->base[c] + r->length * r->direction[c];
         pd_place_prescribed(r->body, prescribed);
-        const pd_status status = evaluate(r);
-        if (status.code == PD_OK || tries == CUTS)
+        status = evaluate(r);
+        if (status.code == PD_OK && cuts == 0)
+            r->failures = 0;
+        if (!may_shorten(r, status, cuts))
             return status;
         r->length *= SHORTER;
     }
@@ -284,32 +318,30 @@ static void conclude(pd_relaxation *r)
 static pd_status follow(pd_relaxation *r, const pd_prescribed *prescribed)
 {
     r->searching = false;
-    for (int tries = 0;; tries++) {
+    for (int cuts = 0;; cuts++) {
         for (size_t c = 0; c < r->size; c++)
             r->body->y[c] = r->base[c] + r->stride * r->motion[c] +
                             fmin(r->stride, r->length) * r->direction[c];
         if (r->stride == 1)
             pd_place_prescribed(r->body, prescribed);
         const pd_status status = evaluate(r);
-        if (status.code == PD_OK || tries == CUTS)
+        if (!may_shorten(r, status, cuts))
             return status;
         r->stride *= SHORTER;
     }
 }
 
 /* See docs/relaxation.md. */
-static double residual_of(pd_relaxation *r)
+static double residual_of(pd_relaxation *r, bool remember)
 {
     const pd_body *b = r->body;
     const int d = b->options.dimension;
-    double unbalance = 0, loads = 0, reactions = 0, rounding = 0, farthest = 0;
+    double unbalance = 0, loads = 0, reactions = 0;
     for (pd_local p = 0; p < b->n_moving; p++)
         for (int a = 0; a < d; a++) {
             const size_t c = (size_t)p * d + a;
             const double load = b->load ? b->volume[p] * b->load[c] : 0;
             const double force = r->internal[c] + load;
-            farthest = fmax(farthest, fabs(b->y[c]));
-            rounding += r->smooth.stiffness[p] * r->smooth.stiffness[p];
             if (pd_is_prescribed(b, p, a)) {
                 reactions += force * force;
                 continue;
@@ -318,35 +350,41 @@ static double residual_of(pd_relaxation *r)
             loads += load * load;
         }
     unbalance = sqrt(unbalance);
-    r->largest_unbalance = fmax(r->largest_unbalance, unbalance);
-    if (unbalance <= ROUNDING * farthest * sqrt(rounding))
+    if (remember)
+        r->remembered = fmax(r->remembered, unbalance);
+    if (unbalance <= r->noise)
         return 0;
-    return unbalance /
-           (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->largest_unbalance);
+    return unbalance / (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->remembered);
+}
+
+static pd_status start(pd_relaxation *r)
+{
+    if (r->started)
+        return pd_status_ok();
+    PD_TRY(evaluate(r));
+    residual_of(r, true);
+    r->started = true;
+    return pd_status_ok();
 }
 
 pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
                              double *residual)
 {
     PD_TRY(pd_prescribe(r->body, prescribed));
-    if (!r->started)
-        PD_TRY(evaluate(r));
-    r->started = true;
+    PD_TRY(start(r));
     adopt(r);
-    if (drive(r, prescribed)) {
+    const bool driven = drive(r, prescribed);
+    if (driven || !r->searching)
         choose(r);
+    if (driven) {
         PD_TRY(follow(r, prescribed));
-        *residual = residual_of(r);
-        if (r->stride < 1)
-            *residual = fmax(*residual, 1);
-        r->stride = fmin(2 * r->stride / (1 - fmin(r->stride, 0.9)), 1);
-        return pd_status_ok();
+        *residual = fmax(residual_of(r, true), r->stride < 1 ? 1 : 0);
+        r->failures = r->stride < 1 ? r->failures : 0;
+        r->stride = r->stride < 1. / 3 ? 2 * r->stride / (1 - r->stride) : 1;
+    } else {
+        PD_TRY(search(r, prescribed));
+        conclude(r);
+        *residual = residual_of(r, false);
     }
-    r->stride = 1;
-    if (!r->searching)
-        choose(r);
-    PD_TRY(search(r, prescribed));
-    conclude(r);
-    *residual = residual_of(r);
     return pd_status_ok();
 }
