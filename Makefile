@@ -17,14 +17,26 @@ all: library adapter applications
 PD_SOURCES = \
     pd_solver/src/body.c \
     pd_solver/src/neighbourhood.c \
+    pd_solver/src/lattice.c \
+    pd_solver/src/lanes.c \
     pd_solver/src/material.c \
+    pd_solver/src/material_hyperelastic.c \
+    pd_solver/src/material_elastic.c \
+    pd_solver/src/material_rate.c \
+    pd_solver/src/force_bond.c \
     pd_solver/src/force_correspondence.c \
+    pd_solver/src/force_bond_associated.c \
     pd_solver/src/formulation.c \
     pd_solver/src/damage.c \
     pd_solver/src/step.c \
     pd_solver/src/relaxation.c \
     pd_solver/src/smooth.c \
     pd_solver/src/status.c
+
+# Compiled once for each instruction set; the running machine chooses.
+PD_KERNELS = \
+    pd_solver/src/lattice_bond.c \
+    pd_solver/src/lattice_correspondence.c
 
 ADAPTER_SOURCES = \
     foam_adapter/peridynamics/peridynamics.C \
@@ -46,7 +58,9 @@ ADAPTER_SOURCES = \
 UNIT_TESTS = \
     test_neighbourhood \
     test_formulations \
+    test_bond_associated \
     test_material \
+    test_rate_material \
     test_damage \
     test_body \
     test_traps
@@ -85,7 +99,8 @@ DEPENDENCIES = -MMD -MP
 # <word>: shows it and the target in place of the command that follows.
 brief = $(if $(V),,@printf '%-4s %s\n' $(1) $@; )
 
-PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -g -fPIC -fvisibility=hidden \
+PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -ffp-contract=fast -Wno-psabi \
+    -g -fPIC -fvisibility=hidden \
     $(WARNINGS) -Wshadow -Wpedantic \
     $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
 PD_LIBS = -lm
@@ -129,7 +144,10 @@ ADAPTER_LDFLAGS = -Wl,--no-as-needed $(LDFLAGS_EXTRA)
 
 # --- libraries --------------------------------------------------------------------------
 
-PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o)
+PD_OBJECTS = $(PD_SOURCES:%.c=build/objects/%.o) $(PD_KERNELS:%.c=build/objects/%.o)
+ifeq ($(shell uname -m),x86_64)
+PD_OBJECTS += $(PD_KERNELS:%.c=build/objects/%.avx2.o) $(PD_KERNELS:%.c=build/objects/%.avx512.o)
+endif
 ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
 
 APPLICATION_OBJECT = build/objects/foam_adapter/applications/periSolidFoam/periSolidFoam.o
@@ -163,6 +181,14 @@ build/objects/pd_solver/%.o: pd_solver/%.c Makefile
 	@mkdir -p $(@D)
 	$(call brief,CC)$(CC) $(PD_CFLAGS) -c -o $@ $<
 
+build/objects/pd_solver/%.avx2.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -mavx2 -mfma -c -o $@ $<
+
+build/objects/pd_solver/%.avx512.o: pd_solver/%.c Makefile
+	@mkdir -p $(@D)
+	$(call brief,CC)$(CC) $(PD_CFLAGS) -mavx512f -mavx512dq -mavx512vl -mfma -c -o $@ $<
+
 build/objects/foam_adapter/%.o: foam_adapter/%.C Makefile .cache/openfoam.mk
 	@mkdir -p $(@D)
 	$(call brief,CXX)$(CXX) $(ADAPTER_CXXFLAGS) -c -o $@ $<
@@ -182,6 +208,7 @@ build/objects/tests/%.o: tests/%.c Makefile
 	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
 
 build/tests/test_formulations: build/objects/tests/reference/reference_correspondence.o
+build/tests/test_bond_associated: build/objects/tests/reference/reference_bond_associated.o
 
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)

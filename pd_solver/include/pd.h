@@ -2,7 +2,7 @@
  * pd.h - the public interface of libpd, the peridynamics library of periFoam.
  *
  * Units: SI or any other consistent set; the comments give SI. In two dimensions
- * volumes are areas (m2) and a body is in plane strain.
+ * volumes are areas (m2) and a body is in plane strain or plane stress.
  *
  * Arrays of points: owned points come first, ghosts (copies of points that other ranks
  * own) after them. Vectors and tensors are interleaved: v[p*d + a], F[(p*d + a)*d + b]
@@ -85,8 +85,9 @@ typedef struct {
     int n_parameters;
     const pd_parameter *parameters; /* [n_parameters] */
 
-    /* Bulk and shear modulus at rest (Pa). bulk < 0: not defined by the material. */
-    void (*moduli)(const double *parameters, double *bulk, double *shear);
+    /* Bulk and shear modulus at rest (Pa), those of space; plane counts in d = 2. */
+    void (*moduli)(const double *parameters, int d, pd_plane plane, double *bulk,
+                   double *shear);
 
     /* First Piola-Kirchhoff stress P[n][d][d] (Pa) from F[n][d][d] (-) and J[n] = det F,
      * J > 0 required. [PD_PLANE_STRAIN] serves d = 3 too, and has F33 = 1 in d = 2;
@@ -98,10 +99,16 @@ typedef struct {
     double (*energy[PD_PLANES])(const double *parameters, int d, const double *F,
                                 double J);
 
+    /* What the two dimensions of F[2][2] do across them: F33 > 0 (-) in plane stress, and
+     * Cauchy stress sigma33 (Pa) in plane strain. NULL where stress of that plane is. */
+    double (*thickness)(const double *parameters, const double *F, double J);
+    double (*out_of_plane)(const double *parameters, const double *F, double J);
+
     /* Advance Cauchy stress sigma[n][PD_SYMMETRIC] (Pa) and equivalent plastic strain
      * plastic[n] (-; NULL when the material has none) over a step, from the gradient
      * G[n][d][d] (-) of the displacement in the step with respect to the positions at its
-     * middle. NULL: no rate form for that plane. */
+     * middle. d = 2, 3; planes as in stress, plane stress keeps sigma33 = 0. NULL: none.
+     */
     void (*update[PD_PLANES])(const double *parameters, int d, size_t n, const double *G,
                               double *sigma, double *plastic);
     bool is_plastic; /* update uses plastic */
@@ -132,7 +139,8 @@ typedef struct {
     const char *source; /* where the equations stand */
     bool corresponds;   /* the material's P(F) with an F that is exact for affine maps */
     int least_dimension;
-    int criteria; /* bits: how its bonds can break */
+    bool has_lattice_path; /* points of a lattice need no stored families */
+    int criteria;          /* bits: how its bonds can break */
     int n_parameters;
     const pd_parameter *parameters; /* [n_parameters] */
 
@@ -197,6 +205,8 @@ typedef struct {
     double failed_strain;    /* PD_BY_PLASTIC_STRAIN: where a bond has lost all, - */
     double sound_strain;     /* ... and up to where it has lost nothing, - */
 
+    bool general; /* take the general path on lattices too, for comparisons */
+
     const pd_formulation *formulation;
     double formulation_parameters[PD_MAX_PARAMETERS]; /* in its table's order */
     const pd_material *material;
@@ -245,7 +255,8 @@ typedef struct {
  * rigid and ends where its points' volumes end, half a spacing beyond the last of them:
  * moving points see there a displacement of zero. The first d components of X count.
  * Families are symmetric: points i and j are bonded when |xi| <= m (dX_i + dX_j)/2 with
- * dX = volume^(1/d).
+ * dX = volume^(1/d). Points that stand on a cubic lattice but for 1e-4 of its step, with
+ * volumes as equal, are put on it exactly where the formulation has a path for lattices.
  *
  * Collective over comm, which is duplicated; MPI_COMM_NULL is serial, MPI is then never
  * called. Several ranks: not supported by this version (PD_BAD_ARGUMENT).
@@ -314,10 +325,11 @@ PD_API double pd_body_wave_speed(const pd_body *body);
  * or from G_c, [han2025] eq. 18, with the pair's horizon; 0: bonds break otherwise. */
 PD_API double pd_body_critical_stretch(const pd_body *body, pd_local i, pd_local j);
 
-/* Bonds of point p: the count (0 for a point that keeps no family), and borrowed
- * neighbour indices [count]. For tests and post-processing. */
-PD_API pd_local pd_body_family(const pd_body *body, pd_local p,
-                               const pd_local **neighbour);
+/* Bonds of point p: the count (0 for a point that keeps no family), and their other ends
+ * neighbour[count], copied, of which at most `capacity`. For tests and post-processing.
+ */
+PD_API pd_local pd_body_family(const pd_body *body, pd_local p, pd_local capacity,
+                               pd_local *neighbour);
 PD_API bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k);
 
 /* ---- time ---- */
@@ -355,7 +367,8 @@ PD_API pd_status pd_body_step(pd_body *body, const pd_integrator *integrator, do
                               const pd_prescribed *prescribed);
 
 /* Step up to which the integrators are stable at rest (s), from the formulation's bounds.
- * Damping does not limit it. HUGE_VAL when nothing moves, 0 without memory. Collective. */
+ * Damping does not limit it. HUGE_VAL when nothing moves, 0 without memory. Collective.
+ */
 PD_API double pd_body_stable_step(const pd_body *body);
 
 /*

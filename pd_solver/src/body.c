@@ -16,17 +16,20 @@
 
 /* ---- order of points ---- */
 
+/* Kinds of points, in their order. */
+enum { MOVING, BESIDE_HOLD, HELD_BESIDE, HELD_INSIDE, KINDS };
+
 typedef struct {
-    int class;     /* 0 moving, 1 held beside moving points, 2 held elsewhere */
-    uint64_t code; /* place along a Morton curve */
+    int kind;
+    uint64_t code; /* place along a Morton curve, or in the lattice */
     pd_local point;
 } place;
 
 static int by_place(const void *a, const void *b)
 {
     const place *p = a, *q = b;
-    if (p->class != q->class)
-        return p->class < q->class ? -1 : 1;
+    if (p->kind != q->kind)
+        return p->kind < q->kind ? -1 : 1;
     if (p->code != q->code)
         return p->code < q->code ? -1 : 1;
     return (p->point > q->point) - (p->point < q->point);
@@ -44,45 +47,64 @@ static uint64_t morton(int d, const double *X, const double *origin, double step
     return code;
 }
 
-static int class_of(const pd_cell_list *cells, const unsigned char *held, pd_local i,
-                    pd_local *near, pd_local capacity)
+/* Along the first axis, then the second, then the third. */
+static uint64_t along_rows(const pd_lattice *l, const double *X)
 {
-    if (!held || !held[i])
-        return 0;
-    const pd_local count = pd_cell_list_near(cells, i, capacity, near);
-    for (pd_local k = 0; k < count && k < capacity; k++)
-        if (!held[near[k]])
-            return 1;
-    return 2;
+    int64_t index[3] = {0};
+    uint64_t code = 0;
+    pd_lattice_index(l, X, index);
+    for (int a = l->d - 1; a >= 0; a--)
+        code = code * (uint64_t)l->count[a] + (uint64_t)index[a];
+    return code;
 }
 
-/* Sort points by class, then along a Morton curve so that neighbours in space are
- * neighbours in memory; counts the classes into the body. */
+static int kind_of(const pd_cell_list *cells, const unsigned char *held, pd_local i,
+                   pd_local *near, pd_local capacity)
+{
+    if (!held)
+        return MOVING;
+    const pd_local count = pd_cell_list_near(cells, i, capacity, near);
+    for (pd_local k = 0; k < count && k < capacity; k++)
+        if (!held[near[k]] != !held[i])
+            return held[i] ? HELD_BESIDE : BESIDE_HOLD;
+    return held[i] ? HELD_INSIDE : MOVING;
+}
+
+/* The largest family, if kinds depend on it. */
+static pd_local widest_family(const pd_cell_list *cells, const unsigned char *held)
+{
+    pd_local widest = 1;
+    for (pd_local i = 0; held && i < cells->n; i++) {
+        const pd_local count = pd_cell_list_near(cells, i, 0, NULL);
+        widest = count > widest ? count : widest;
+    }
+    return widest;
+}
+
+/* Sort points by kind, then so that neighbours in space are neighbours in memory; counts
+ * the kinds into the body. */
 static pd_status order_points(pd_body *b, const pd_cell_list *cells,
                               const unsigned char *held, place *places)
 {
-    double step = HUGE_VAL;
-    pd_local widest = 1;
-    for (pd_local i = 0; i < b->n_owned; i++) {
-        step = fmin(step, cells->spacing[i]);
-        if (held && held[i]) {
-            const pd_local count = pd_cell_list_near(cells, i, 0, NULL);
-            widest = count > widest ? count : widest;
-        }
-    }
-    pd_local *near = malloc((size_t)widest * sizeof *near);
+    const pd_local widest = widest_family(cells, held);
+    pd_local *near = malloc((size_t)widest * sizeof *near), count[KINDS] = {0};
     if (!near)
         return pd_status_fail(PD_NO_MEMORY, -1, "a family of %d", widest);
-    b->n_moving = b->n_active = 0;
+    double step = HUGE_VAL;
+    for (pd_local i = 0; i < b->n_owned; i++)
+        step = fmin(step, cells->spacing[i]);
     for (pd_local i = 0; i < b->n_owned; i++) {
-        const double *X = cells->X + (size_t)i * cells->d;
-        places[i] = (place){.class = class_of(cells, held, i, near, widest),
-                            .code = morton(cells->d, X, cells->origin, step),
+        const double *X = cells->X + (size_t)i * (size_t)cells->d;
+        places[i] = (place){.kind = kind_of(cells, held, i, near, widest),
+                            .code = b->lattice ? along_rows(b->lattice, X)
+                                               : morton(cells->d, X, cells->origin, step),
                             .point = i};
-        b->n_moving += places[i].class == 0;
-        b->n_active += places[i].class < 2;
+        count[places[i].kind]++;
     }
     free(near);
+    b->n_regular = b->lattice ? count[MOVING] : 0;
+    b->n_moving = count[MOVING] + count[BESIDE_HOLD];
+    b->n_active = b->n_moving + count[HELD_BESIDE];
     qsort(places, (size_t)b->n_owned, sizeof *places, by_place);
     return pd_status_ok();
 }
@@ -234,6 +256,19 @@ static pd_status allocate(pd_body *b)
     return pd_status_ok();
 }
 
+/* Exactly: positions and volumes of a mesh are rounded. */
+static void put_on_lattice(pd_body *b, pd_local i)
+{
+    const pd_lattice *l = b->lattice;
+    double *X = b->X + (size_t)i * (size_t)l->d, *y = b->y + (size_t)i * (size_t)l->d;
+    int64_t index[3] = {0};
+    pd_lattice_index(l, X, index);
+    for (int a = 0; a < l->d; a++)
+        X[a] = y[a] = l->origin[a] + (double)index[a] * l->step;
+    b->spacing[i] = l->step;
+    b->volume[i] = pow(l->step, l->d);
+}
+
 /* Copy the caller's points in the order of `places` (NULL: as they come). */
 static void fill(pd_body *b, const double *X, const double *volume, const place *places)
 {
@@ -251,6 +286,8 @@ static void fill(pd_body *b, const double *X, const double *volume, const place 
             b->X[(size_t)i * d + a] = X[3 * from + (size_t)a];
             b->y[(size_t)i * d + a] = X[3 * from + (size_t)a];
         }
+        if (b->lattice)
+            put_on_lattice(b, i);
     }
 }
 
@@ -259,6 +296,7 @@ static pd_status build_families(pd_body *b, const double *X, const double *volum
 {
     const int d = b->options.dimension;
     const double ratio = b->options.horizon_ratio;
+    PD_TRY(pd_lattice_find(&b->options, (size_t)b->n_owned, X, volume, &b->lattice));
     place *places = malloc((size_t)b->n_owned * sizeof *places);
     if (!places)
         return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_owned);
@@ -275,10 +313,12 @@ static pd_status build_families(pd_body *b, const double *X, const double *volum
         fill(b, X, volume, places);
         status = pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
         if (status.code == PD_OK)
-            status = pd_families_create(&cells, b->n_active, &b->families);
+            status = pd_families_create(&cells, b->n_regular, b->n_active, &b->families);
         pd_cell_list_free(&cells);
     }
     free(places);
+    if (status.code == PD_OK && b->lattice)
+        status = pd_lattice_fill(b);
     return status;
 }
 
@@ -292,7 +332,7 @@ static pd_status measure_holds(pd_body *b)
     b->hold_distance = calloc((size_t)b->n_active, sizeof *b->hold_distance);
     if (!b->hold_distance)
         return pd_status_fail(PD_NO_MEMORY, -1, "holds of %d points", b->n_active);
-    for (pd_local i = 0; i < b->n_active; i++) {
+    for (pd_local i = b->n_regular; i < b->n_active; i++) {
         double nearest = HUGE_VAL;
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
             const pd_local j = b->families.neighbour[k];
@@ -317,7 +357,7 @@ static pd_status check_families(const pd_body *b)
                                   "a horizon of %g spacings gives the point %d bonds, "
                                   "which do not span space",
                                   b->options.horizon_ratio,
-                                  (int)(b->families.first[i + 1] - b->families.first[i]));
+                                  pd_body_family(b, i, 0, NULL));
     return pd_status_ok();
 }
 
@@ -371,10 +411,11 @@ void pd_body_destroy(pd_body *b)
                       b->volume,  b->spacing,   b->force,   b->F,
                       b->J,       b->load,      b->weight,  b->broken,
                       b->Q,       b->K_inverse, b->carries, b->hold_distance,
-                      b->protect, b->prescribed};
+                      b->protect, b->length,    b->control, b->prescribed};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free(arrays[k]);
     pd_families_free(&b->families);
+    pd_lattice_free(b->lattice);
     free(b);
 }
 
@@ -424,22 +465,23 @@ const pd_body_options *pd_body_settings(const pd_body *b)
     return &b->options;
 }
 
-pd_local pd_body_family(const pd_body *b, pd_local p, const pd_local **neighbour)
+pd_local pd_body_family(const pd_body *b, pd_local p, pd_local capacity,
+                        pd_local *neighbour)
 {
-    if (neighbour)
-        *neighbour = NULL;
-    if (p >= b->families.n)
+    if (p >= b->n_active)
         return 0;
-    if (neighbour)
-        *neighbour = b->families.neighbour + b->families.first[p];
-    return (pd_local)(b->families.first[p + 1] - b->families.first[p]);
+    pd_family family;
+    family_of(b, p, &family);
+    for (pd_local k = 0; k < family.count && k < capacity; k++)
+        neighbour[k] = family.neighbour[k];
+    return family.count;
 }
 
 double pd_longitudinal_modulus(const pd_material *material, const double *parameters,
                                int d, pd_plane plane)
 {
     double K, G;
-    material->moduli(parameters, &K, &G);
+    material->moduli(parameters, d, plane, &K, &G);
     const double E = 9 * K * G / (3 * K + G);
     if (d == 1)
         return E;
@@ -501,6 +543,8 @@ pd_status pd_body_forces(pd_body *b)
     PD_TRY(check_finite(b, b->y, b->n_local, "position"));
     PD_TRY(check_finite(b, b->v, b->n_moving, "velocity"));
     b->options.formulation->forces(b);
+    if (b->out_of_memory)
+        return pd_status_fail(PD_NO_MEMORY, -1, "weights of broken bonds");
     const size_t moving = (size_t)b->n_moving * (size_t)b->options.dimension;
     const double eta = b->options.damping;
     if (eta > 0)
@@ -536,15 +580,17 @@ void pd_body_stress(const pd_body *b, double *sigma, double *plastic)
 
 static void count_bonds(const pd_body *b, pd_summary *s)
 {
-    for (pd_local i = 0; i < b->families.n; i++)
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            const pd_local j = b->families.neighbour[k];
+    pd_family family;
+    for (pd_local i = 0; i < b->n_active; i++) {
+        family_of(b, i, &family);
+        for (pd_local k = 0; k < family.count; k++) {
             /* A bond to a point that keeps no family is seen from this side only. */
-            if (j < i)
+            if (family.neighbour[k] < i)
                 continue;
             s->bonds++;
-            s->broken_bonds += bond_is_broken(b, k);
+            s->broken_bonds += family_broken(&family, k);
         }
+    }
 }
 
 pd_summary pd_body_summary(const pd_body *b)

@@ -6,6 +6,7 @@
 #ifndef PD_SRC_BODY_H
 #define PD_SRC_BODY_H
 
+#include "lattice.h"
 #include "neighbourhood.h"
 #include "pd.h"
 
@@ -17,14 +18,22 @@ struct pd_body {
     pd_body_options options;
 
     pd_local n_moving, n_active, n_owned, n_local; /* as in pd_body_view */
+
+    /* Points [0, n_regular) go by the lattice; those from n_regular to n_active have
+     * families. Without a lattice n_regular is 0. */
+    pd_local n_regular;
+    pd_lattice *lattice; /* or NULL */
+
     pd_global *id;
     double *X, *y, *v, *volume, *spacing, *force, *F, *J;
     double *load; /* [n_owned][d] dead load, N/m3, or NULL */
 
-    /* Bonds of the active points. A broken bond has weight 0, so that it leaves every sum
-     * without a test; its bit tells it from a bond that never weighed anything. */
+    /* Bonds of the points [n_regular, n_active). A broken bond has weight 0, so that it
+     * leaves every sum without a test; its bit tells it from a bond that never weighed
+     * anything. */
     pd_families families;
-    double *weight;   /* [bonds] omega beta V_j, m3 */
+    double *weight;   /* [bonds] omega beta V_j, m3; in bond c beta nu V_j, N/m3 */
+    double *length;   /* [bonds] |xi|, m; NULL where the formulation does not ask */
     uint64_t *broken; /* [bonds] bits; NULL until a bond can break */
 
     /* [n_active] distance to where the hold ends, m; 0 for points not beside one; NULL
@@ -35,13 +44,65 @@ struct pd_body {
 
     unsigned char *protect; /* [n_owned] no bond of the point breaks; or NULL */
 
+    bool out_of_memory; /* in forces, which return nothing */
+
     void *own; /* the formulation's, freed by its release; or NULL */
 
     /* correspondence */
     double *K_inverse;      /* [n_active][d][d], m-(d+2); 0 where K is near singular */
     double *Q;              /* [n_active][d][d] P K^-1 */
     unsigned char *carries; /* [n_active] PD_SOUND or why not */
+    double *control;        /* [n_active] zero-energy stiffness, N/m8 (N/m6); or NULL */
 };
+
+/* Bonds of a point, wherever they are kept. */
+typedef struct {
+    pd_local count;
+    const pd_local *neighbour; /* [count] */
+    int64_t base;              /* bond k is number base + (offset ? offset[k] : k) ... */
+    const short *offset;
+    const uint64_t *broken; /* ... of these bits; or NULL */
+    const pd_chunk *chunk;  /* of a regular point */
+    pd_local neighbours_[PD_MOST_OFFSETS];
+    short offsets_[PD_MOST_OFFSETS];
+} pd_family;
+
+/* Family of an active point; the result lives as long as `family`. */
+static inline const pd_family *family_of(const pd_body *b, pd_local i, pd_family *family)
+{
+    if (i < b->n_regular) {
+        family->count = pd_lattice_family(b, i, family->neighbours_, family->offsets_);
+        family->neighbour = family->neighbours_;
+        family->offset = family->offsets_;
+        family->chunk = pd_lattice_chunk(b, i);
+        family->base = (int64_t)i * b->lattice->n_offsets;
+        family->broken = b->lattice->broken;
+    } else {
+        family->base = b->families.first[i];
+        family->count = (pd_local)(b->families.first[i + 1] - family->base);
+        family->neighbour = b->families.neighbour + family->base;
+        family->offset = NULL;
+        family->broken = b->broken;
+    }
+    return family;
+}
+
+static inline bool family_broken(const pd_family *f, pd_local k)
+{
+    const int64_t bit = f->base + (f->offset ? f->offset[k] : k);
+    return f->broken && (f->broken[bit / 64] >> (bit % 64) & 1);
+}
+
+/* Weight of bond k of a family; for loops that need not be fast. */
+static inline double family_weight(const pd_body *b, pd_local i, const pd_family *f,
+                                   pd_local k)
+{
+    if (!f->offset)
+        return b->weight[f->base + k];
+    const pd_chunk *c = f->chunk;
+    return c->weight ? c->weight[f->offset[k] * PD_LANES + i - c->point]
+                     : b->lattice->offset[f->offset[k]].weight;
+}
 
 /* Can bonds break? */
 static inline bool pd_body_can_break(const pd_body_options *o)

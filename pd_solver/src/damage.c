@@ -10,16 +10,24 @@
 #include <string.h>
 
 #include "status.h"
+#include "tensor.h"
+
+static pd_status make_bits(int64_t bits, uint64_t **words)
+{
+    const size_t n = (size_t)(bits + 63) / 64;
+    *words = calloc(n ? n : 1, sizeof **words);
+    return *words ? pd_status_ok()
+                  : pd_status_fail(PD_NO_MEMORY, -1, "%zu words of bonds", n);
+}
 
 pd_status pd_damage_allocate(pd_body *body)
 {
     if (body->broken)
         return pd_status_ok();
-    const size_t words = ((size_t)body->families.first[body->families.n] + 63) / 64;
-    body->broken = calloc(words ? words : 1, sizeof *body->broken);
-    if (!body->broken)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%zu words of bonds", words);
-    return pd_status_ok();
+    pd_lattice *l = body->lattice;
+    if (l)
+        PD_TRY(make_bits((int64_t)body->n_regular * l->n_offsets, &l->broken));
+    return make_bits(body->families.first[body->families.n], &body->broken);
 }
 
 void pd_damage_break(pd_body *body, int64_t k)
@@ -28,23 +36,60 @@ void pd_damage_break(pd_body *body, int64_t k)
     body->weight[k] = 0;
 }
 
+bool pd_damage_break_regular(pd_body *body, pd_chunk *chunk, int lane, int k)
+{
+    pd_lattice *l = body->lattice;
+    const int64_t bit = ((int64_t)chunk->point + lane) * l->n_offsets + k;
+    if (l->broken[bit / 64] >> (bit % 64) & 1)
+        return false;
+    if (pd_lattice_own(l, chunk).code != PD_OK) {
+        body->out_of_memory = true;
+        return false;
+    }
+    l->broken[bit / 64] |= UINT64_C(1) << (bit % 64);
+    chunk->weight[k * PD_LANES + lane] = 0;
+    return true;
+}
+
+bool pd_damage_break_chunk(pd_body *body, int64_t z, pd_chunk *c, double s_c2)
+{
+    const pd_lattice *l = body->lattice;
+    bool any = false;
+    for (int q = 0; q < c->count; q++)
+        for (int k = 0; k < l->n_offsets; k++) {
+            const pd_local i = c->point + q;
+            const pd_local j = pd_lattice_neighbour(l, z, c, q, &l->offset[k]);
+            if (j < 0 || bond_is_protected(body, i, j))
+                continue;
+            double Y[3];
+            subtract(l->d, body->y + (size_t)j * (size_t)l->d,
+                     body->y + (size_t)i * (size_t)l->d, Y);
+            const double length = l->offset[k].length;
+            if (dot(l->d, Y, Y) > s_c2 * length * length)
+                any |= pd_damage_break_regular(body, c, q, k);
+        }
+    return any;
+}
+
 bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k)
 {
-    return !bond_is_broken(body, body->families.first[p] + k);
+    pd_family family;
+    return !family_broken(family_of(body, p, &family), k);
 }
 
 void pd_body_damage(const pd_body *body, double *damage)
 {
-    const pd_families *families = &body->families;
+    pd_family family;
     for (pd_local i = 0; i < body->n_owned; i++) {
         damage[i] = 0;
-        if (i >= families->n || !body->broken)
+        if (i >= body->n_active || !body->broken)
             continue;
+        family_of(body, i, &family);
         double all = 0, gone = 0;
-        for (int64_t k = families->first[i]; k < families->first[i + 1]; k++) {
-            const double V = body->volume[families->neighbour[k]];
+        for (pd_local k = 0; k < family.count; k++) {
+            const double V = body->volume[family.neighbour[k]];
             all += V;
-            if (bond_is_broken(body, k))
+            if (family_broken(&family, k))
                 gone += V;
         }
         if (all > 0)
@@ -67,7 +112,7 @@ pd_status pd_body_protect(pd_body *body, const unsigned char *protect)
 static double bulk_modulus(const pd_body_options *o)
 {
     double K, G;
-    o->material->moduli(o->parameters, &K, &G);
+    o->material->moduli(o->parameters, o->dimension, o->plane, &K, &G);
     if (o->dimension == 3)
         return K;
     if (o->plane == PD_PLANE_STRESS)
@@ -145,17 +190,27 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
                               area);
     PD_TRY(pd_damage_allocate(body));
 
-    const pd_families *families = &body->families;
-    for (pd_local i = 0; i < families->n; i++)
-        for (int64_t k = families->first[i]; k < families->first[i + 1]; k++) {
+    pd_family family;
+    for (pd_local i = 0; i < body->n_active; i++) {
+        family_of(body, i, &family);
+        for (pd_local k = 0; k < family.count; k++) {
             double a[3] = {0}, b[3] = {0};
             /* From the smaller to the larger index, so that both ends agree. */
-            const pd_local j = families->neighbour[k];
+            const pd_local j = family.neighbour[k];
             memcpy(a, body->X + (size_t)(i < j ? i : j) * d, (size_t)d * sizeof *a);
             memcpy(b, body->X + (size_t)(i < j ? j : i) * d, (size_t)d * sizeof *b);
-            if (crosses(&r, normal, a, b))
-                pd_damage_break(body, k);
+            if (!crosses(&r, normal, a, b))
+                continue;
+            if (i < body->n_regular)
+                pd_damage_break_regular(body, pd_lattice_chunk(body, i),
+                                        i - pd_lattice_chunk(body, i)->point,
+                                        family.offset[k]);
+            else
+                pd_damage_break(body, family.base + k);
         }
+    }
+    if (body->out_of_memory)
+        return pd_status_fail(PD_NO_MEMORY, -1, "weights beside a pre-crack");
     return body->options.formulation->prepare(body);
 }
 
@@ -170,13 +225,14 @@ static pd_local root_of(pd_local *parent, pd_local i)
 
 pd_local pd_body_pieces(const pd_body *body, pd_local *piece)
 {
-    const pd_families *families = &body->families;
-    for (pd_local i = 0; i < families->n; i++)
+    pd_family family;
+    for (pd_local i = 0; i < body->n_active; i++)
         piece[i] = i;
-    for (pd_local i = 0; i < families->n; i++)
-        for (int64_t k = families->first[i]; k < families->first[i + 1]; k++) {
-            const pd_local j = families->neighbour[k];
-            if (j >= i || bond_is_broken(body, k))
+    for (pd_local i = 0; i < body->n_active; i++) {
+        family_of(body, i, &family);
+        for (pd_local k = 0; k < family.count; k++) {
+            const pd_local j = family.neighbour[k];
+            if (j >= i || family_broken(&family, k))
                 continue; /* seen from the other end */
             const pd_local a = root_of(piece, i), b = root_of(piece, j);
             if (a < b)
@@ -184,13 +240,14 @@ pd_local pd_body_pieces(const pd_body *body, pd_local *piece)
             if (b < a)
                 piece[a] = b;
         }
+    }
     /* Roots are the smallest of their piece, so they are met before the rest of it. */
     pd_local count = 0;
-    for (pd_local i = 0; i < families->n; i++) {
+    for (pd_local i = 0; i < body->n_active; i++) {
         const pd_local parent = piece[i];
         piece[i] = parent == i ? count++ : piece[parent];
     }
-    for (pd_local i = families->n; i < body->n_owned; i++)
+    for (pd_local i = body->n_active; i < body->n_owned; i++)
         piece[i] = -1;
     return count;
 }

@@ -60,7 +60,7 @@ PD_INLINE void shape_tensor(const int d, const pd_body *b, pd_local i, double *K
 PD_INLINE bool shape_inverse(const int d, const double *K, double *K_inverse)
 {
     const double mean = trace(d, K) / d; /* >= 0, K is a sum of squares */
-    double det_over_mean = 0, scaled[9];
+    double det_over_mean = 0, scaled[9] = {0};
     if (mean > 0) {
         for (int c = 0; c < d * d; c++)
             scaled[c] = K[c] / mean;

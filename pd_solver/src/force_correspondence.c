@@ -3,9 +3,22 @@
  * [silling2007], discretised as in [kim2023] eqs 24-30, with critical-stretch damage,
  * [kim2023] eqs 16-18.
  *
+ * On request motions that F does not see are resisted, in the manner of [silling2017]:
+ * the energy of point i grows by g_i/2 sum_j w |Y - F_i xi|^2 with w = omega beta V_j and
+ *
+ *     g_i = zeroEnergy x shear modulus x d / tr K_i,
+ *
+ * so that zeroEnergy = 1 makes such a motion about as stiff as a shear of its size. Since
+ * sum_j w (Y - F xi) (x) xi = 0, the force only needs Q - g F in place of Q = P K^-1, and
+ * (g_i + g_j) w Y.
+ *
  * Each evaluation visits a family twice: once for F (and the bonds that break there),
  * once for the force. Per directed bond that reads an index (4 bytes) and a weight
  * (8 bytes) twice, and gathers X and y, then X and Q of the neighbour.
+ *
+ * On a lattice (lattice.h) both visits are made in one sweep, the second a horizon behind
+ * the first: y and Q of the neighbours come from a cache. Memory gives y and takes F, J
+ * and the force, (2 d + d^2 + 1) doubles a point and nothing a bond.
  *
  * The force is minus the gradient of sum_i V_i Psi(F_i) because omega beta V_i V_j and
  * the families are symmetric.
@@ -20,83 +33,135 @@
 #include <string.h>
 
 #include "damage.h"
+#include "correspondence.h"
 #include "deformation.h"
 #include "influence.h"
+#include "lanes.h"
 #include "status.h"
 #include "tensor.h"
 
 /* ---- preparation ---- */
 
-/* omega beta V_j of every bond, [kim2023] eqs 24 and 30; lengths are the pair's means. */
+/* omega beta V_j, [kim2023] eqs 24 and 30; lengths are the pair's means. */
+static double weight_of(const pd_body *b, double length, double spacing, double volume)
+{
+    const double horizon = b->options.horizon_ratio * spacing;
+    return influence(2 * length / horizon, b->options.dimension) *
+           volume_fraction(length, horizon, spacing) * volume;
+}
+
 static void weigh_bonds(pd_body *b)
 {
     const int d = b->options.dimension;
-    for (pd_local i = 0; i < b->families.n; i++)
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
             const pd_local j = b->families.neighbour[k];
             double xi[3];
             subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-            const double spacing = 0.5 * (b->spacing[i] + b->spacing[j]);
-            const double horizon = b->options.horizon_ratio * spacing;
-            const double length = sqrt(dot(d, xi, xi));
-            b->weight[k] = bond_is_broken(b, k)
-                               ? 0
-                               : influence(2 * length / horizon, d) *
-                                     volume_fraction(length, horizon, spacing) *
-                                     b->volume[j];
+            b->weight[k] =
+                bond_is_broken(b, k)
+                    ? 0
+                    : weight_of(b, sqrt(dot(d, xi, xi)),
+                                0.5 * (b->spacing[i] + b->spacing[j]), b->volume[j]);
         }
 }
 
-/* K^-1 of point i from the bonds that it has. */
-PD_INLINE void invert_shape(const int d, pd_body *b, pd_local i)
+static double weight_on_lattice(const pd_body *b, pd_local i, pd_local j,
+                                const pd_offset *offset, const void *context)
 {
-    double K[9];
-    shape_tensor(d, b, i, K);
-    const bool sound = shape_inverse(d, K, b->K_inverse + (size_t)i * d * d);
-    b->carries[i] = sound ? PD_SOUND : PD_POINT_SINGULAR;
+    (void)b, (void)i, (void)j, (void)context;
+    return offset->weight;
 }
 
-PD_INLINE void shape_points(const int d, pd_body *b)
+static pd_status prepare_lattice(pd_body *b)
 {
-    for (pd_local i = 0; i < b->n_active; i++)
-        invert_shape(d, b, i);
+    pd_lattice *l = b->lattice;
+    sweeps *own = b->own;
+    double K[9] = {0};
+    for (int k = 0; k < l->n_offsets; k++) {
+        pd_offset *o = &l->offset[k];
+        o->weight = weight_of(b, o->length, l->step, pow(l->step, l->d));
+        add_dyad(l->d, o->weight, o->xi, o->xi, K);
+    }
+    const bool sound = shape_inverse(l->d, K, own->K_inverse);
+    own->g = control_of(l->d, b, K, sound);
+    PD_TRY(pd_lattice_weigh(b, weight_on_lattice, NULL));
+    for (int64_t m = 0; m < l->regular.first[l->planes]; m++) {
+        const pd_chunk *c = &l->regular.chunk[m];
+        for (int q = 0; q < c->count; q++)
+            if (c->weight)
+                invert_lane(b, c, q);
+            else
+                b->carries[c->point + q] = sound ? PD_SOUND : PD_POINT_SINGULAR;
+    }
+    return pd_status_ok();
+}
+
+/* Pages of regular points that nothing touches cost nothing. */
+static pd_status allocate(pd_body *b)
+{
+    const size_t active = (size_t)b->n_active, d = (size_t)b->options.dimension;
+    const size_t bonds = (size_t)b->families.first[b->families.n];
+    const bool controlled = b->options.formulation_parameters[ZERO_ENERGY] > 0;
+    if (b->weight)
+        return pd_status_ok();
+    b->weight = malloc((bonds + 1) * sizeof *b->weight);
+    b->K_inverse = calloc(active * d * d, sizeof *b->K_inverse);
+    /* Held points bear no stress: their Q stays 0. */
+    b->Q = calloc((size_t)b->n_local * d * d, sizeof *b->Q);
+    b->carries = calloc(active, sizeof *b->carries);
+    if (controlled)
+        b->control = calloc((size_t)b->n_local, sizeof *b->control);
+    if (!b->weight || !b->K_inverse || !b->Q || !b->carries ||
+        (controlled && !b->control))
+        return pd_status_fail(PD_NO_MEMORY, -1, "correspondence of %zu bonds", bonds);
+    if (!b->lattice)
+        return pd_status_ok();
+    sweeps *own = b->own = calloc(1, sizeof *own);
+    if (!own)
+        return pd_status_fail(PD_NO_MEMORY, -1, "rings");
+    /* With control the second visit asks for y too. */
+    const int reach = b->lattice->reach;
+    PD_TRY(pd_ring_create(b->lattice, (int)d, (controlled ? 3 : 2) * reach + 1, &own->y));
+    return pd_ring_create(b->lattice, (int)(d * d) + controlled, 2 * reach + 1, &own->Q);
+}
+
+static void release(pd_body *b)
+{
+    sweeps *own = b->own;
+    if (own) {
+        pd_ring_free(&own->y);
+        pd_ring_free(&own->Q);
+    }
+    free(own);
 }
 
 static pd_status prepare(pd_body *b)
 {
-    const size_t active = (size_t)b->n_active;
-    const size_t d = (size_t)b->options.dimension;
-    if (!b->weight) {
-        const size_t bonds = (size_t)b->families.first[b->families.n];
-        b->weight = malloc((bonds + 1) * sizeof *b->weight);
-        b->K_inverse = malloc(active * d * d * sizeof *b->K_inverse);
-        /* Held points bear no stress: their Q stays 0. */
-        b->Q = calloc((size_t)b->n_local * d * d, sizeof *b->Q);
-        b->carries = calloc(active, sizeof *b->carries);
-        if (!b->weight || !b->K_inverse || !b->Q || !b->carries)
-            return pd_status_fail(PD_NO_MEMORY, -1, "correspondence of %zu bonds", bonds);
-    }
+    PD_TRY(allocate(b));
     weigh_bonds(b);
-    if (d == 2)
-        shape_points(2, b);
-    else
-        shape_points(3, b);
-    return pd_status_ok();
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
+        if (b->options.dimension == 2)
+            invert_shape(2, b, i);
+        else
+            invert_shape(3, b, i);
+    return b->lattice ? prepare_lattice(b) : pd_status_ok();
 }
 
 /* ---- deformation gradients and broken bonds ---- */
 
 /* Break the bonds of point i whose stretch exceeds s_c; did any? */
-PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i,
-                           double s_c_squared)
+PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i)
 {
     bool any = false;
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
         double xi[3], Y[3];
-        bond(d, holds, b, i, b->families.neighbour[k], xi, Y);
-        if (dot(d, Y, Y) <= s_c_squared * dot(d, xi, xi))
+        const pd_local j = b->families.neighbour[k];
+        bond(d, holds, b, i, j, xi, Y);
+        const double s_c = pd_body_critical_stretch(b, i, j);
+        if (dot(d, Y, Y) <= s_c * s_c * dot(d, xi, xi))
             continue;
-        if (bond_is_broken(b, k))
+        if (bond_is_broken(b, k) || bond_is_protected(b, i, j))
             continue;
         pd_damage_break(b, k);
         any = true;
@@ -104,30 +169,20 @@ PD_INLINE bool break_bonds(const int d, const bool holds, pd_body *b, pd_local i
     return any;
 }
 
-/* F of point i, [kim2023] eq. 25; the identity where the point carries no stress. */
 PD_INLINE void gradient(const int d, const bool holds, pd_body *b, pd_local i)
 {
-    double *F = b->F + (size_t)i * d * d;
     double sum[9] = {0};
     for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
         double xi[3], Y[3];
         bond(d, holds, b, i, b->families.neighbour[k], xi, Y);
         add_dyad(d, b->weight[k], Y, xi, sum);
     }
-    multiply(d, sum, b->K_inverse + (size_t)i * d * d, F);
-    b->J[i] = determinant(d, F);
-    if (b->carries[i] != PD_POINT_SINGULAR)
-        b->carries[i] = b->J[i] > PD_SMALLEST_J ? PD_SOUND : PD_POINT_INVERTED;
-    if (b->carries[i] != PD_SOUND) {
-        identity(d, F);
-        b->J[i] = 1;
-    }
+    keep_gradient(d, b, i, sum, b->K_inverse + (size_t)i * d * d);
 }
 
 PD_INLINE void deform_point(const int d, const bool holds, pd_body *b, pd_local i)
 {
-    const double s_c = b->options.critical_stretch;
-    if (s_c > 0 && break_bonds(d, holds, b, i, s_c * s_c))
+    if (pd_body_can_break(&b->options) && break_bonds(d, holds, b, i))
         invert_shape(d, b, i);
     if (i < b->n_moving)
         gradient(d, holds, b, i);
@@ -135,7 +190,7 @@ PD_INLINE void deform_point(const int d, const bool holds, pd_body *b, pd_local 
 
 PD_INLINE void gradients(const int d, pd_body *b)
 {
-    for (pd_local i = 0; i < b->n_active; i++)
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
         if (beside_hold(b, i))
             deform_point(d, true, b, i);
         else
@@ -149,20 +204,30 @@ PD_INLINE void gradients(const int d, pd_body *b)
 PD_INLINE void stresses(const int d, pd_body *b)
 {
     double P[BLOCK * 9];
-    for (pd_local start = 0; start < b->n_moving; start += BLOCK) {
+    for (pd_local start = b->n_regular; start < b->n_moving; start += BLOCK) {
         const pd_local end = start + BLOCK < b->n_moving ? start + BLOCK : b->n_moving;
-        b->options.material->stress[b->options.plane](
-            b->options.parameters, d, (size_t)(end - start), b->F + (size_t)start * d * d,
-            b->J + start, P);
-        for (pd_local i = start; i < end; i++) {
-            double *Q = b->Q + (size_t)i * d * d;
-            if (b->carries[i] == PD_SOUND)
-                multiply(d, P + (size_t)(i - start) * d * d,
-                         b->K_inverse + (size_t)i * d * d, Q);
-            else
-                for (int c = 0; c < d * d; c++)
-                    Q[c] = 0;
-        }
+        stress_points(d, b, start, end - start, P);
+        for (pd_local i = start; i < end; i++)
+            keep_Q(d, b, i, P + (size_t)(i - start) * d * d,
+                   b->K_inverse + (size_t)i * d * d, b->control ? b->control[i] : 0,
+                   b->Q + (size_t)i * d * d);
+    }
+}
+
+/* f += sum_j w (g_i + g_j) Y. */
+PD_INLINE void control_force(const int d, const bool holds, const pd_body *b, pd_local i,
+                             double *f)
+{
+    const double g_i = control_now(b, i);
+    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+        const pd_local j = b->families.neighbour[k];
+        double xi[3], Y[3];
+        bond(d, holds, b, i, j, xi, Y);
+        double w = b->weight[k] * (g_i + control_now(b, j));
+        if (holds && j >= b->n_moving)
+            w *= mirror(b, i, j);
+        for (int c = 0; c < d; c++)
+            f[c] += w * Y[c];
     }
 }
 
@@ -185,19 +250,32 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
             f[r] += w * row;
         }
     }
+    if (b->control)
+        control_force(d, holds, b, i, f);
     for (int r = 0; r < d; r++)
         b->force[(size_t)i * d + r] = f[r];
 }
+
+PD_INLINE void bond_forces(const int d, pd_body *b)
+{
+    for (pd_local i = b->n_regular; i < b->n_moving; i++)
+        if (beside_hold(b, i))
+            bond_force(d, true, b, i);
+        else
+            bond_force(d, false, b, i);
+}
+
+PD_VERSIONS(pd_lattice_correspondence)
+
+/* ---- all of it ---- */
 
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
     gradients(d, b);
     stresses(d, b);
-    for (pd_local i = 0; i < b->n_moving; i++)
-        if (beside_hold(b, i))
-            bond_force(d, true, b, i);
-        else
-            bond_force(d, false, b, i);
+    if (b->lattice)
+        pd_lattice_correspondence(b);
+    bond_forces(d, b);
 }
 
 static void forces(pd_body *b)
@@ -208,22 +286,75 @@ static void forces(pd_body *b)
         all_forces(3, b);
 }
 
+/* ---- what else the table asks ---- */
+
+/* g of any moving point, wherever it is kept. */
+static double control_at(const pd_body *b, pd_local i)
+{
+    if (i < b->n_regular && !pd_lattice_chunk(b, i)->weight)
+        return ((const sweeps *)b->own)->g;
+    return b->control[i];
+}
+
+/* sum_j w |Y - F xi|^2 of point i. */
+static double unseen(const pd_body *b, pd_local i)
+{
+    const int d = b->options.dimension;
+    const double *F = b->F + (size_t)i * d * d;
+    double sum = 0;
+    pd_family family;
+    family_of(b, i, &family);
+    for (pd_local k = 0; k < family.count; k++) {
+        double xi[3], z[3];
+        bond(d, b->hold_distance, b, i, family.neighbour[k], xi, z);
+        for (int r = 0; r < d; r++)
+            z[r] -= dot(d, F + r * d, xi);
+        sum += family_weight(b, i, &family, k) * dot(d, z, z);
+    }
+    return sum;
+}
+
 static double energy(const pd_body *b)
 {
     const int d = b->options.dimension;
     double sum = 0;
-    for (pd_local i = 0; i < b->n_moving; i++)
-        if (b->carries[i] == PD_SOUND)
-            sum += b->volume[i] *
-                   b->options.material->energy[b->options.plane](
-                       b->options.parameters, d, b->F + (size_t)i * d * d, b->J[i]);
+    for (pd_local i = 0; i < b->n_moving; i++) {
+        if (b->carries[i] != PD_SOUND)
+            continue;
+        const double *F = b->F + (size_t)i * d * d;
+        sum += b->volume[i] * b->options.material->energy[b->options.plane](
+                                  b->options.parameters, d, F, b->J[i]);
+        if (b->control)
+            sum += b->volume[i] * control_at(b, i) / 2 * unseen(b, i);
+    }
     return sum;
+}
+
+/* K^-1 of any moving point, wherever it is kept. */
+static const double *shape_at(const pd_body *b, pd_local i)
+{
+    const size_t d = (size_t)b->options.dimension;
+    if (i < b->n_regular && !pd_lattice_chunk(b, i)->weight)
+        return ((const sweeps *)b->own)->K_inverse;
+    return b->K_inverse + (size_t)i * d * d;
 }
 
 static bool accepts(const pd_material *material, int d, pd_plane plane)
 {
     return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
 }
+
+/* ---- frequency ----
+ *
+ * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
+ * body), Cauchy's inequality gives for any theta > 0
+ *
+ *     |F_i - 1|^2 <= mu_i (sum_j w |u_j|^2 + theta |u_i|^2),   mu = |K^-1 + s s^T/theta|.
+ *
+ * The strain energy, at most half of M |F - 1|^2 V in waves, is so bounded by a diagonal
+ * form, and omega^2 by that over rho. The best theta is |s| sqrt(sum w / |K^-1|).
+ * Zero-energy control has at most the energy g/2 sum_j w |u_j - u_i|^2 V, and
+ * |u_j - u_i|^2 <= 2 |u_j|^2 + 2 |u_i|^2. */
 
 /* Largest sum of absolute values in a row: no eigenvalue is beyond it. */
 static double row_norm(int d, const double *A)
@@ -238,90 +369,125 @@ static double row_norm(int d, const double *A)
     return most;
 }
 
-/* s = K^-1 sum w xi, by which the displacement of point i itself enters F; returns the
- * weight of its moving neighbours. */
-static double own_part(const pd_body *b, pd_local i, double *s)
+/* What point i's own displacement enters F and the control with. */
+typedef struct {
+    double s[3];
+    double moving; /* sum of w of bonds to moving points */
+    double held;   /* sum of w mirror^2 of the others */
+} own_part;
+
+static own_part own_part_of(const pd_body *b, pd_local i, const pd_family *family,
+                            const double *K_inverse)
 {
     const int d = b->options.dimension;
-    double sum[3] = {0}, weight = 0;
-    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-        const pd_local j = b->families.neighbour[k];
-        const bool held = j >= b->n_moving;
+    double sum[3] = {0};
+    own_part own = {.moving = 0};
+    for (pd_local k = 0; k < family->count; k++) {
+        const pd_local j = family->neighbour[k];
+        const double w = family_weight(b, i, family, k);
+        const double part = j < b->n_moving ? 1 : mirror(b, i, j);
         double xi[3];
         subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-        weight += held ? 0 : b->weight[k];
+        own.moving += j < b->n_moving ? w : 0;
+        own.held += j < b->n_moving ? 0 : w * part * part;
         for (int a = 0; a < d; a++)
-            sum[a] += (held ? mirror(b, i, j) : 1) * b->weight[k] * xi[a];
+            sum[a] += w * part * xi[a];
     }
     for (int a = 0; a < d; a++)
-        s[a] = dot(d, b->K_inverse + (size_t)i * d * d + a * d, sum);
-    return weight;
+        own.s[a] = dot(d, K_inverse + a * d, sum);
+    return own;
 }
 
-/*
- * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
- * body), Cauchy's inequality gives for any theta > 0
- *
- *     |F_i - 1|^2 <= mu_i (sum_j w |u_j|^2 + theta |u_i|^2),   mu = |K^-1 + s s^T/theta|.
- *
- * The strain energy, at most half of M |F - 1|^2 V in waves, is so bounded by a diagonal
- * form, and omega^2 by that over rho. The best theta is |s| sqrt(sum w / |K^-1|).
- */
-static void frequency(const pd_body *b, double *omega2)
+/* Add the bounds that the energy of point i gives, over rho. */
+static void bound_energy(const pd_body *b, pd_local i, const double *K_inverse,
+                         double *omega2)
 {
     const int d = b->options.dimension;
     const double c = pd_body_longitudinal_speed(b);
-    for (pd_local i = 0; i < b->n_moving; i++)
-        omega2[i] = 0;
-    for (pd_local i = 0; i < b->n_moving; i++) {
-        double A[9], s[3];
-        memcpy(A, b->K_inverse + (size_t)i * d * d, (size_t)(d * d) * sizeof *A);
-        const double weight = own_part(b, i, s), norm = row_norm(d, A);
-        const double theta = norm > 0 ? sqrt(dot(d, s, s) * weight / norm) : 0;
-        if (theta > 0)
-            add_dyad(d, 1 / theta, s, s, A);
-        const double mu = c * c * row_norm(d, A);
-        omega2[i] += theta * mu;
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            const pd_local j = b->families.neighbour[k];
-            if (j < b->n_moving) /* w of j's bond to i */
-                omega2[j] += b->weight[k] * b->volume[i] / b->volume[j] * mu;
-        }
+    const double g = b->control ? 2 * control_at(b, i) / b->options.density : 0;
+    pd_family family;
+    family_of(b, i, &family);
+    const own_part own = own_part_of(b, i, &family, K_inverse);
+    double A[9];
+    memcpy(A, K_inverse, (size_t)(d * d) * sizeof *A);
+    const double norm = row_norm(d, A);
+    const double theta = norm > 0 ? sqrt(dot(d, own.s, own.s) * own.moving / norm) : 0;
+    if (theta > 0)
+        add_dyad(d, 1 / theta, own.s, own.s, A);
+    const double mu = c * c * row_norm(d, A);
+    omega2[i] += theta * mu + g * (own.moving + own.held / 2);
+    for (pd_local k = 0; k < family.count; k++) {
+        const pd_local j = family.neighbour[k];
+        if (j < b->n_moving) /* w of j's bond to i */
+            omega2[j] +=
+                family_weight(b, i, &family, k) * b->volume[i] / b->volume[j] * (mu + g);
     }
 }
 
-/* P F^T / J; in two dimensions without the stress across the plane. */
-static void stress(const pd_body *b, double *sigma, double *plastic)
+static void frequency(const pd_body *b, double *omega2)
+{
+    memset(omega2, 0, (size_t)b->n_moving * sizeof *omega2);
+    for (pd_local i = 0; i < b->n_moving; i++)
+        bound_energy(b, i, shape_at(b, i), omega2);
+}
+
+/* P F^T / J of point i; in two dimensions J counts the thickness. */
+static void cauchy_stress(const pd_body *b, pd_local i, double *s)
 {
     const int d = b->options.dimension;
     const int place[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const pd_material *material = b->options.material;
+    const double *parameters = b->options.parameters, *F = b->F + (size_t)i * d * d;
+    const bool thins = d == 2 && b->options.plane == PD_PLANE_STRESS;
+    const double J =
+        thins ? b->J[i] * material->thickness(parameters, F, b->J[i]) : b->J[i];
+    double P[9];
+    material->stress[b->options.plane](parameters, d, 1, F, b->J + i, P);
+    for (int r = 0; r < d; r++)
+        for (int c = 0; c < d; c++)
+            s[place[r][c]] = dot(d, P + r * d, F + c * d) / J;
+    if (d == 2 && !thins)
+        s[2] = material->out_of_plane(parameters, F, b->J[i]);
+}
+
+static void stress(const pd_body *b, double *sigma, double *plastic)
+{
     for (pd_local i = 0; i < b->n_owned; i++) {
         if (plastic)
             plastic[i] = 0;
         if (!sigma)
             continue;
-        double *s = sigma + (size_t)i * PD_SYMMETRIC, P[9];
+        double *s = sigma + (size_t)i * PD_SYMMETRIC;
         for (int c = 0; c < PD_SYMMETRIC; c++)
             s[c] = 0;
-        if (i >= b->n_moving || b->carries[i] != PD_SOUND)
-            continue;
-        const double *F = b->F + (size_t)i * d * d;
-        b->options.material->stress[b->options.plane](b->options.parameters, d, 1, F,
-                                                      b->J + i, P);
-        for (int r = 0; r < d; r++)
-            for (int c = 0; c < d; c++)
-                s[place[r][c]] = dot(d, P + r * d, F + c * d) / b->J[i];
+        if (i < b->n_moving && b->carries[i] == PD_SOUND)
+            cauchy_stress(b, i, s);
     }
 }
+
+static const pd_parameter parameters[] = {
+    [ZERO_ENERGY] = {.key = "zeroEnergy",
+                     .unit = "-",
+                     .above = 0,
+                     .below = HUGE_VAL,
+                     .includes_above = true,
+                     .meaning = "stiffness against motions that F does not see",
+                     .optional = true,
+                     .standard = 0},
+};
 
 const pd_formulation pd_formulation_correspondence = {
     .name = "correspondence",
     .source = "[kim2023] eqs 12-18, 24-30",
     .corresponds = true,
     .least_dimension = 2,
+    .has_lattice_path = true,
     .criteria = PD_BY_STRETCH,
     .accepts = accepts,
+    .n_parameters = sizeof parameters / sizeof *parameters,
+    .parameters = parameters,
     .prepare = prepare,
+    .release = release,
     .forces = forces,
     .energy = energy,
     .stress = stress,

@@ -3,9 +3,15 @@
 
 #include "pd.h"
 
-extern const pd_formulation pd_formulation_correspondence;
+extern const pd_formulation pd_formulation_correspondence, pd_formulation_bond,
+    pd_formulation_bond_associated;
 
-const pd_formulation *const pd_formulations[] = {&pd_formulation_correspondence, NULL};
+const pd_formulation *const pd_formulations[] = {
+    &pd_formulation_correspondence,
+    &pd_formulation_bond,
+    &pd_formulation_bond_associated,
+    NULL,
+};
 
 const pd_formulation *pd_formulation_find(const char *name)
 {

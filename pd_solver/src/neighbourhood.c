@@ -137,15 +137,16 @@ static int rising(const void *a, const void *b)
     return (i > j) - (i < j);
 }
 
-pd_status pd_families_create(const pd_cell_list *cells, pd_local n, pd_families *families)
+pd_status pd_families_create(const pd_cell_list *cells, pd_local from, pd_local n,
+                             pd_families *families)
 {
     *families = (pd_families){.n = n};
-    families->first = malloc(((size_t)n + 1) * sizeof *families->first);
+    /* Zero pages that nothing touches cost nothing. */
+    families->first = calloc((size_t)n + 1, sizeof *families->first);
     if (!families->first)
         return pd_status_fail(PD_NO_MEMORY, -1, "families of %d points", n);
 
-    families->first[0] = 0;
-    for (pd_local i = 0; i < n; i++)
+    for (pd_local i = from; i < n; i++)
         families->first[i + 1] =
             families->first[i] + pd_cell_list_near(cells, i, 0, NULL);
     const size_t bonds = (size_t)families->first[n];
@@ -153,7 +154,7 @@ pd_status pd_families_create(const pd_cell_list *cells, pd_local n, pd_families 
     if (!families->neighbour)
         return pd_status_fail(PD_NO_MEMORY, -1, "%zu bonds", bonds);
 
-    for (pd_local i = 0; i < n; i++) {
+    for (pd_local i = from; i < n; i++) {
         pd_local *family = families->neighbour + families->first[i];
         const pd_local size = (pd_local)(families->first[i + 1] - families->first[i]);
         pd_cell_list_near(cells, i, size, family);

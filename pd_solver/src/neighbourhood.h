@@ -21,7 +21,8 @@ typedef struct {
     pd_local *point; /* [n] */
 } pd_cell_list;
 
-/* Bonds of points [0, n): first[n + 1] into neighbour, each family in rising order. */
+/* Bonds of points [0, n): first[n + 1] into neighbour, each family in rising order; those
+ * of points below `from` are not stored. */
 typedef struct {
     pd_local n;
     int64_t *first;
@@ -41,8 +42,8 @@ bool pd_bonded(const pd_cell_list *cells, pd_local i, pd_local j);
 pd_local pd_cell_list_near(const pd_cell_list *cells, pd_local i, pd_local capacity,
                            pd_local *near);
 
-/* Families of points [0, n). Freed by pd_families_free, also after an error. */
-pd_status pd_families_create(const pd_cell_list *cells, pd_local n,
+/* Families of points [from, n). Freed by pd_families_free, also after an error. */
+pd_status pd_families_create(const pd_cell_list *cells, pd_local from, pd_local n,
                              pd_families *families);
 void pd_families_free(pd_families *families);
 

@@ -20,8 +20,8 @@
 #include "status.h"
 #include "step.h"
 
-/* Pairs that are remembered. Fewer cost iterations, more cost memory. */
-enum { PAIRS = 8 };
+/* Pairs that are remembered: fewer cost iterations, more cost memory. Other vectors. */
+enum { PAIRS = 8, VECTORS = 6 };
 
 /* Share of M^-1 g in the first steps, before a pair says how stiff the body is. */
 #define CAUTIOUS 0.2
@@ -52,12 +52,15 @@ struct pd_relaxation {
     double *base,
         *base_internal; /* where the direction was chosen, and the forces there */
     double *direction;
+    double
+        *motion; /* still to come of prescribed components, and of the rest with them */
     double *work;
     double *moved[PAIRS], *answer[PAIRS]; /* s and q, rings */
     double inverse[PAIRS];                /* 1/(s . q) */
     int pairs, latest;
     double scale;   /* of M^-1 in H */
     double length;  /* of the step along direction */
+    double stride;  /* share of motion to try next */
     int cuts;       /* of this direction; 0 while none is chosen */
     bool searching; /* the next iteration goes on along direction */
     bool started;
@@ -79,7 +82,7 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
     r->body = b;
     r->size = n * (size_t)b->options.dimension;
     r->prescribed = calloc(n + 1, sizeof *r->prescribed);
-    r->store = calloc((5 + 2 * PAIRS) * r->size + 1, sizeof *r->store);
+    r->store = calloc((VECTORS + 2 * PAIRS) * r->size + 1, sizeof *r->store);
     memset(b->prescribed, 0, n);
     pd_status status = pd_smooth_create(b, &r->smooth);
     if (status.code == PD_OK && !(r->prescribed && r->store))
@@ -88,15 +91,16 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
         pd_relaxation_destroy(r);
         return status;
     }
-    double **const arrays[] = {&r->internal, &r->base, &r->base_internal, &r->direction,
-                               &r->work};
-    for (size_t k = 0; k < 5; k++)
+    double **const arrays[] = {&r->internal,  &r->base,   &r->base_internal,
+                               &r->direction, &r->motion, &r->work};
+    for (size_t k = 0; k < VECTORS; k++)
         *arrays[k] = r->store + k * r->size;
     for (size_t k = 0; k < PAIRS; k++) {
-        r->moved[k] = r->store + (5 + 2 * k) * r->size;
+        r->moved[k] = r->store + (VECTORS + 2 * k) * r->size;
         r->answer[k] = r->moved[k] + r->size;
     }
     r->scale = CAUTIOUS;
+    r->stride = 1;
     memset(b->v, 0, r->size * sizeof *b->v);
     *relaxation = r;
     return pd_status_ok();
@@ -215,26 +219,39 @@ static void learn(pd_relaxation *r)
 
 /* ---- an iteration ---- */
 
-/* Take up which components are prescribed; do any of them move now? */
+/* Take up which components are prescribed. */
+static void adopt(pd_relaxation *r)
+{
+    const pd_body *b = r->body;
+    if (memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) == 0)
+        return;
+    memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
+    pd_smooth_fix(&r->smooth);
+    forget(r);
+}
+
+/* Do prescribed components move now? By how much, and the free ones with them: into
+ * motion. */
 static bool drive(pd_relaxation *r, const pd_prescribed *prescribed)
 {
     const pd_body *b = r->body;
     const size_t d = (size_t)b->options.dimension;
-    if (memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) != 0) {
-        memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
-        pd_smooth_fix(&r->smooth);
-        forget(r);
-    }
+    bool driven = false;
+    memset(r->motion, 0, r->size * sizeof *r->motion);
     for (size_t k = 0; prescribed && k < prescribed->n; k++)
         for (size_t a = 0; a < d; a++)
-            if (prescribed->components[k] >> a & 1 &&
-                prescribed->y[k * d + a] != b->y[(size_t)prescribed->point[k] * d + a])
-                return true;
-    return false;
+            if (prescribed->components[k] >> a & 1) {
+                const size_t c = (size_t)prescribed->point[k] * d + a;
+                r->motion[c] = prescribed->y[k * d + a] - b->y[c];
+                driven = driven || r->motion[c] != 0;
+            }
+    if (driven)
+        pd_smooth_extend(&r->smooth, r->motion);
+    return driven;
 }
 
 /* Move along the direction, less far if forces fail there. */
-static pd_status advance(pd_relaxation *r, const pd_prescribed *prescribed)
+static pd_status search(pd_relaxation *r, const pd_prescribed *prescribed)
 {
     for (int tries = 0;; tries++) {
         for (size_t c = 0; c < r->size; c++)
@@ -248,17 +265,36 @@ static pd_status advance(pd_relaxation *r, const pd_prescribed *prescribed)
 }
 
 /* Keep the place that the step led to, or have the next iteration go back a little. */
-static void conclude(pd_relaxation *r, bool driven)
+static void conclude(pd_relaxation *r)
 {
     unbalanced(r, r->base_internal, r->work);
     const double before = product(r, r->direction, r->work);
     unbalanced(r, r->internal, r->work);
     const double after = product(r, r->direction, r->work);
-    r->searching = !driven && after < -OVERSHOOT * before && r->cuts++ < CUTS;
+    r->searching = after < -OVERSHOOT * before && r->cuts++ < CUTS;
     if (r->searching)
         r->length *= fmax(before / (before - after), 0.1);
-    else if (!driven)
+    else
         learn(r);
+}
+
+/* Move prescribed components, the free ones with them and along the direction; a part of
+ * the way where forces fail at its end. Nothing is learnt of the stiffness: forces of the
+ * free components change with the prescribed ones too. */
+static pd_status follow(pd_relaxation *r, const pd_prescribed *prescribed)
+{
+    r->searching = false;
+    for (int tries = 0;; tries++) {
+        for (size_t c = 0; c < r->size; c++)
+            r->body->y[c] = r->base[c] + r->stride * r->motion[c] +
+                            fmin(r->stride, r->length) * r->direction[c];
+        if (r->stride == 1)
+            pd_place_prescribed(r->body, prescribed);
+        const pd_status status = evaluate(r);
+        if (status.code == PD_OK || tries == CUTS)
+            return status;
+        r->stride *= SHORTER;
+    }
 }
 
 /* See docs/relaxation.md. */
@@ -296,11 +332,21 @@ pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
     if (!r->started)
         PD_TRY(evaluate(r));
     r->started = true;
-    const bool driven = drive(r, prescribed);
+    adopt(r);
+    if (drive(r, prescribed)) {
+        choose(r);
+        PD_TRY(follow(r, prescribed));
+        *residual = residual_of(r);
+        if (r->stride < 1)
+            *residual = fmax(*residual, 1);
+        r->stride = fmin(2 * r->stride / (1 - fmin(r->stride, 0.9)), 1);
+        return pd_status_ok();
+    }
+    r->stride = 1;
     if (!r->searching)
         choose(r);
-    PD_TRY(advance(r, prescribed));
-    conclude(r, driven);
+    PD_TRY(search(r, prescribed));
+    conclude(r);
     *residual = residual_of(r);
     return pd_status_ok();
 }

@@ -94,8 +94,8 @@ static void only_the_bond_stretched_too_far_breaks(void **state)
     stretch_along_x(body, 1.6);
     const pd_body_view view = pd_body_fields(body);
     for (pd_local p = 0; p < view.n_owned; p++) {
-        const pd_local *neighbour;
-        const pd_local count = pd_body_family(body, p, &neighbour);
+        pd_local neighbour[MOST_NEIGHBOURS];
+        const pd_local count = pd_body_family(body, p, MOST_NEIGHBOURS, neighbour);
         for (pd_local k = 0; k < count; k++) {
             const bool along_y = view.X[2 * neighbour[k]] == view.X[2 * p];
             assert_int_equal(pd_body_bond_intact(body, p, k), along_y);
@@ -441,8 +441,8 @@ static void assert_cracked(const pd_body *body, double cut, const double *low,
     const pd_body_view view = pd_body_fields(body);
     const int d = view.dimension;
     for (pd_local p = 0; p < view.n_owned; p++) {
-        const pd_local *neighbour;
-        const pd_local count = pd_body_family(body, p, &neighbour);
+        pd_local neighbour[MOST_NEIGHBOURS];
+        const pd_local count = pd_body_family(body, p, MOST_NEIGHBOURS, neighbour);
         for (pd_local k = 0; k < count; k++) {
             const double *a = view.X + p * d, *b = view.X + neighbour[k] * d;
             assert_int_equal(pd_body_bond_intact(body, p, k),
@@ -559,8 +559,8 @@ static void crack_at_a_slant_parts_the_plate(void **state)
     assert_ok(pd_body_precrack(body, &crack));
     const pd_body_view view = pd_body_fields(body);
     for (pd_local p = 0; p < view.n_owned; p++) {
-        const pd_local *neighbour;
-        const pd_local count = pd_body_family(body, p, &neighbour);
+        pd_local neighbour[MOST_NEIGHBOURS];
+        const pd_local count = pd_body_family(body, p, MOST_NEIGHBOURS, neighbour);
         for (pd_local k = 0; k < count; k++) {
             double side[2];
             for (int end = 0; end < 2; end++) {

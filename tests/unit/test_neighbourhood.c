@@ -24,8 +24,8 @@ static double horizon(const points *cloud, double ratio, size_t i, size_t j)
 
 static int is_in_family(const pd_body *body, pd_local p, pd_local q)
 {
-    const pd_local *neighbour;
-    const pd_local count = pd_body_family(body, p, &neighbour);
+    pd_local neighbour[MOST_NEIGHBOURS];
+    const pd_local count = pd_body_family(body, p, MOST_NEIGHBOURS, neighbour);
     int found = 0;
     for (pd_local k = 0; k < count; k++)
         found += neighbour[k] == q;
@@ -116,7 +116,7 @@ static void bond_as_long_as_the_horizon_is_in(void **state)
     points cloud = lattice(2, 9, 9, 1, 0.125);
     const pd_body_options options = options_of(2, 3);
     pd_body *body = body_of(&cloud, &options);
-    assert_int_equal(pd_body_family(body, place_of(body, 40), NULL), 28);
+    assert_int_equal(pd_body_family(body, place_of(body, 40), 0, NULL), 28);
     pd_body_destroy(body);
     points_free(&cloud);
 }
@@ -139,7 +139,8 @@ static int count_in_the_middle(int d, double ratio)
     points cloud = lattice(d, 9, 9, 9, 0.1);
     const pd_body_options options = options_of(d, ratio);
     pd_body *body = body_of(&cloud, &options);
-    const int count = pd_body_family(body, place_of(body, (pd_global)cloud.n / 2), NULL);
+    const int count =
+        pd_body_family(body, place_of(body, (pd_global)cloud.n / 2), 0, NULL);
     pd_body_destroy(body);
     points_free(&cloud);
     return count;
@@ -223,7 +224,7 @@ static void held_points_out_of_reach_keep_no_family(void **state)
     const pd_body_options options = options_of(2, 2.015);
     pd_body *body = body_with_holds(&cloud, &options, held);
     for (pd_global id = 0; id < 40; id++) {
-        const pd_local count = pd_body_family(body, place_of(body, id), NULL);
+        const pd_local count = pd_body_family(body, place_of(body, id), 0, NULL);
         if (id < 16)
             assert_int_equal(count, 0);
         else
@@ -241,7 +242,7 @@ static void held_point_beside_moving_ones_keeps_its_whole_family(void **state)
     memset(held, 1, 30);
     const pd_body_options options = options_of(2, 2.015);
     pd_body *body = body_with_holds(&cloud, &options, held);
-    assert_int_equal(pd_body_family(body, place_of(body, 4 * 5 + 2), NULL), 12);
+    assert_int_equal(pd_body_family(body, place_of(body, 4 * 5 + 2), 0, NULL), 12);
     pd_body_destroy(body);
     points_free(&cloud);
 }

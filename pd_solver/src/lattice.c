@@ -1,0 +1,431 @@
+/*
+ * Finding and filling a lattice.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "lattice.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "body.h"
+#include "status.h"
+#include "tensor.h"
+
+/* Points stand on the lattice when they are this close to it, in steps: what a mesh file
+ * of seven digits keeps. Volumes likewise. */
+#define TOLERANCE 1e-4
+
+/* ---- is it one? ---- */
+
+/* Step and box of the points; false when they cannot be a lattice. */
+static bool measure(pd_lattice *l, size_t n, const double *X, const double *volume)
+{
+    double high[3] = {0}, total = 0, widest = 0;
+    for (int a = 0; a < l->d; a++)
+        l->origin[a] = high[a] = X[a];
+    for (size_t i = 0; i < n; i++) {
+        total += volume[i];
+        for (int a = 0; a < l->d; a++) {
+            l->origin[a] = fmin(l->origin[a], X[3 * i + (size_t)a]);
+            high[a] = fmax(high[a], X[3 * i + (size_t)a]);
+        }
+    }
+    const double mean = total / (double)n;
+    const double guess = l->d == 1 ? mean : l->d == 2 ? sqrt(mean) : cbrt(mean);
+    l->step = guess;
+    for (int a = 0; a < l->d; a++) {
+        const double steps = (high[a] - l->origin[a]) / guess;
+        if (!(steps < 1e6))
+            return false;
+        l->count[a] = (int64_t)(steps + 0.5) + 1;
+        if (steps > widest) {
+            widest = steps;
+            if (l->count[a] > 1)
+                l->step = (high[a] - l->origin[a]) / (double)(l->count[a] - 1);
+        }
+    }
+    if (fabs(l->step - guess) > TOLERANCE * guess)
+        return false;
+    for (size_t i = 0; i < n; i++)
+        if (fabs(volume[i] - mean) > TOLERANCE * mean)
+            return false;
+    return true;
+}
+
+void pd_lattice_index(const pd_lattice *l, const double *X, int64_t *index)
+{
+    for (int a = 0; a < l->d; a++)
+        index[a] = (int64_t)floor((X[a] - l->origin[a]) / l->step + 0.5);
+}
+
+static bool all_stand_on_it(const pd_lattice *l, size_t n, const double *X)
+{
+    for (size_t i = 0; i < n; i++) {
+        int64_t index[3] = {0};
+        pd_lattice_index(l, X + 3 * i, index);
+        for (int a = 0; a < l->d; a++) {
+            const double there = l->origin[a] + (double)index[a] * l->step;
+            if (fabs(X[3 * i + (size_t)a] - there) > TOLERANCE * l->step)
+                return false;
+        }
+    }
+    return true;
+}
+
+/* ---- offsets ---- */
+
+/* Offsets within the horizon, by plane, row and place; with offset == NULL they are only
+ * counted. */
+static int list_offsets(const pd_lattice *l, double ratio, pd_offset *offset)
+{
+    const int r = l->reach, ry = l->d > 1 ? r : 0, rz = l->d > 2 ? r : 0;
+    int n = 0;
+    for (int z = -rz; z <= rz; z++)
+        for (int y = -ry; y <= ry; y++)
+            for (int x = -r; x <= r; x++) {
+                const int square = x * x + y * y + z * z;
+                if (square == 0 || square > ratio * ratio)
+                    continue;
+                if (offset) {
+                    const int slow = l->d == 3 ? z : l->d == 2 ? y : 0;
+                    const int row = l->d == 3 ? y : 0;
+                    offset[n] = (pd_offset){
+                        .plane = slow + (l->d > 1 ? r : 0),
+                        .cell = (int32_t)(row * l->row) + x,
+                        .xi = {x * l->step, y * l->step, z * l->step},
+                        .length = sqrt(square) * l->step,
+                        .inverse = 1 / (sqrt(square) * l->step),
+                    };
+                }
+                n++;
+            }
+    return n;
+}
+
+/* Cells of the padded box: a chunk at the end of a row may look a vector further. */
+static void lay_out(pd_lattice *l)
+{
+    l->row = l->count[0] + 2 * l->reach + PD_LANES;
+    l->plane = l->d == 3 ? l->row * (l->count[1] + 2 * l->reach) : l->row;
+    /* Planes a power of two apart would meet in the same few lines of a cache. */
+    if (l->plane >= 512)
+        l->plane = (l->plane + 511) / 512 * 512 + 40;
+    l->planes = l->d == 1 ? 1 : l->count[l->d - 1];
+}
+
+pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
+                          const double *volume, pd_lattice **lattice)
+{
+    *lattice = NULL;
+    if (o->general || !o->formulation->has_lattice_path || n < 2)
+        return pd_status_ok();
+    pd_lattice l = {.d = o->dimension, .count = {1, 1, 1}};
+    if (!measure(&l, n, X, volume) || !all_stand_on_it(&l, n, X))
+        return pd_status_ok();
+    l.reach = (int)o->horizon_ratio;
+    lay_out(&l);
+    l.n_offsets = list_offsets(&l, o->horizon_ratio, NULL);
+    /* A hollow body would drag an empty box along. */
+    if (l.n_offsets < 1 || l.reach > PD_MOST_REACH || l.n_offsets > PD_MOST_OFFSETS ||
+        (double)l.plane * (double)l.planes > 8. * (double)n + 65536 ||
+        l.plane > INT32_MAX / 2)
+        return pd_status_ok();
+    l.offset = malloc((size_t)l.n_offsets * sizeof *l.offset);
+    *lattice = malloc(sizeof **lattice);
+    if (!l.offset || !*lattice) {
+        free(l.offset);
+        free(*lattice);
+        *lattice = NULL;
+        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice");
+    }
+    list_offsets(&l, o->horizon_ratio, l.offset);
+    **lattice = l;
+    return pd_status_ok();
+}
+
+static void free_chunks(pd_chunks *chunks, int64_t planes)
+{
+    if (chunks->first && chunks->chunk)
+        for (int64_t k = 0; k < chunks->first[planes]; k++)
+            free(chunks->chunk[k].weight);
+    free(chunks->chunk);
+    free(chunks->first);
+}
+
+void pd_lattice_free(pd_lattice *l)
+{
+    if (!l)
+        return;
+    free_chunks(&l->regular, l->planes);
+    free_chunks(&l->other, l->planes);
+    free(l->offset);
+    free(l->at);
+    free(l->broken);
+    free(l);
+}
+
+/* ---- chunks ---- */
+
+/* Plane and cell of a point within the padded box. */
+static int64_t cell_of(const pd_lattice *l, const double *X, int32_t *cell)
+{
+    int64_t index[3] = {0};
+    pd_lattice_index(l, X, index);
+    *cell = (int32_t)(index[0] + l->reach);
+    if (l->d == 3)
+        *cell += (int32_t)(l->row * (index[1] + l->reach));
+    return l->d == 1 ? 0 : index[l->d - 1];
+}
+
+/* Chunks of the regular points, which are in order of their cells. */
+static pd_status chunk_regular(pd_body *b)
+{
+    pd_lattice *l = b->lattice;
+    const size_t d = (size_t)l->d;
+    pd_chunks *chunks = &l->regular;
+    chunks->first = calloc((size_t)l->planes + 1, sizeof *chunks->first);
+    chunks->chunk = malloc(((size_t)b->n_regular + 1) * sizeof *chunks->chunk);
+    if (!chunks->first || !chunks->chunk)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_regular);
+    int64_t n = 0, last_plane = -1;
+    for (pd_local p = 0; p < b->n_regular; p++) {
+        int32_t cell;
+        const int64_t plane = cell_of(l, b->X + (size_t)p * d, &cell);
+        pd_chunk *last = chunks->chunk + n - 1;
+        l->at[plane * l->plane + cell] = p;
+        if (n > 0 && plane == last_plane && last->count < PD_LANES &&
+            cell == last->cell + last->count) {
+            last->count++;
+            continue;
+        }
+        chunks->chunk[n++] = (pd_chunk){.point = p, .cell = cell, .count = 1};
+        chunks->first[plane + 1] = n;
+        last_plane = plane;
+    }
+    for (int64_t z = 0; z < l->planes; z++) /* planes without a chunk */
+        if (chunks->first[z + 1] < chunks->first[z])
+            chunks->first[z + 1] = chunks->first[z];
+    pd_chunk *fitted = realloc(chunks->chunk, ((size_t)n + 1) * sizeof *chunks->chunk);
+    if (fitted)
+        chunks->chunk = fitted;
+    return pd_status_ok();
+}
+
+/* A chunk for each of the points [n_regular, n_active), by plane. */
+static pd_status place_others(pd_body *b)
+{
+    pd_lattice *l = b->lattice;
+    const size_t d = (size_t)l->d;
+    pd_chunks *chunks = &l->other;
+    chunks->first = calloc((size_t)l->planes + 2, sizeof *chunks->first);
+    chunks->chunk =
+        malloc(((size_t)(b->n_active - b->n_regular) + 1) * sizeof *chunks->chunk);
+    if (!chunks->first || !chunks->chunk)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_active - b->n_regular);
+    int32_t cell;
+    for (pd_local p = b->n_regular; p < b->n_active; p++)
+        chunks->first[cell_of(l, b->X + (size_t)p * d, &cell) + 2]++;
+    for (int64_t z = 0; z < l->planes; z++)
+        chunks->first[z + 1] += chunks->first[z];
+    for (pd_local p = b->n_regular; p < b->n_active; p++) {
+        const int64_t z = cell_of(l, b->X + (size_t)p * d, &cell);
+        chunks->chunk[chunks->first[z + 1]++] =
+            (pd_chunk){.point = p, .cell = cell, .count = 1};
+        l->at[z * l->plane + cell] = p;
+    }
+    return pd_status_ok();
+}
+
+pd_local pd_lattice_neighbour(const pd_lattice *l, int64_t z, const pd_chunk *c, int q,
+                              const pd_offset *o)
+{
+    const int64_t plane = z + o->plane - (l->d > 1 ? l->reach : 0);
+    if (plane < 0 || plane >= l->planes)
+        return -1;
+    return l->at[plane * l->plane + c->cell + q + o->cell];
+}
+
+static void mark_exports(pd_body *b)
+{
+    const pd_lattice *l = b->lattice;
+    for (int64_t z = 0; z < l->planes; z++)
+        for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++) {
+            pd_chunk *c = &l->regular.chunk[m];
+            for (int q = 0; q < c->count; q++)
+                for (int k = 0; k < l->n_offsets && !c->exports; k++)
+                    c->exports =
+                        pd_lattice_neighbour(l, z, c, q, &l->offset[k]) >= b->n_regular;
+        }
+}
+
+pd_status pd_lattice_fill(pd_body *b)
+{
+    pd_lattice *l = b->lattice;
+    const size_t cells = (size_t)(l->plane * l->planes);
+    l->at = malloc(cells * sizeof *l->at);
+    if (!l->at)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu cells", cells);
+    memset(l->at, -1, cells * sizeof *l->at);
+    PD_TRY(chunk_regular(b));
+    PD_TRY(place_others(b));
+    if (b->n_active > b->n_regular)
+        mark_exports(b);
+    return pd_status_ok();
+}
+
+pd_chunk *pd_lattice_chunk(const pd_body *b, pd_local i)
+{
+    const pd_chunks *chunks = &b->lattice->regular;
+    int64_t low = 0, high = chunks->first[b->lattice->planes];
+    while (high - low > 1) {
+        const int64_t middle = (low + high) / 2;
+        if (chunks->chunk[middle].point <= i)
+            low = middle;
+        else
+            high = middle;
+    }
+    return &chunks->chunk[low];
+}
+
+pd_local pd_lattice_family(const pd_body *b, pd_local i, pd_local *neighbour,
+                           short *offset)
+{
+    const pd_lattice *l = b->lattice;
+    int32_t cell;
+    const int64_t z = cell_of(l, b->X + (size_t)i * (size_t)l->d, &cell);
+    const pd_chunk here = {.cell = cell};
+    pd_local n = 0;
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_local j = pd_lattice_neighbour(l, z, &here, 0, &l->offset[k]);
+        if (j < 0)
+            continue;
+        neighbour[n] = j;
+        offset[n++] = (short)k;
+    }
+    return n;
+}
+
+/* ---- weights ---- */
+
+pd_status pd_lattice_own(pd_lattice *l, pd_chunk *c)
+{
+    if (c->weight)
+        return pd_status_ok();
+    c->weight = malloc((size_t)l->n_offsets * PD_LANES * sizeof *c->weight);
+    if (!c->weight)
+        return pd_status_fail(PD_NO_MEMORY, -1, "weights of %d bonds",
+                              l->n_offsets * PD_LANES);
+    for (int k = 0; k < l->n_offsets; k++)
+        for (int q = 0; q < PD_LANES; q++)
+            c->weight[k * PD_LANES + q] = l->offset[k].weight;
+    return pd_status_ok();
+}
+
+/* Weights of one chunk; do they differ from those of the offsets? */
+static bool weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh *weigh,
+                        const void *context, double *weight)
+{
+    const pd_lattice *l = b->lattice;
+    bool differ = false;
+    for (int k = 0; k < l->n_offsets; k++)
+        for (int q = 0; q < PD_LANES; q++) {
+            double *w = weight + k * PD_LANES + q;
+            *w = 0;
+            if (q >= c->count)
+                continue;
+            const pd_local i = c->point + q;
+            const pd_local j = pd_lattice_neighbour(l, z, c, q, &l->offset[k]);
+            const int64_t bit = (int64_t)i * l->n_offsets + k;
+            if (j >= 0 && !(l->broken && l->broken[bit / 64] >> (bit % 64) & 1))
+                *w = weigh(b, i, j, &l->offset[k], context);
+            /* Beyond round-off of the sums that a weight may come from. */
+            if (fabs(*w - l->offset[k].weight) > 1e-11 * fabs(l->offset[k].weight))
+                differ = true;
+        }
+    return differ;
+}
+
+pd_status pd_lattice_weigh(pd_body *b, pd_weigh *weigh, const void *context)
+{
+    pd_lattice *l = b->lattice;
+    double weight[PD_MOST_OFFSETS * PD_LANES];
+    for (int k = 0; k < l->n_offsets; k++)
+        for (int a = 0; a < 3; a++)
+            l->offset[k].weight_xi[a] = l->offset[k].weight * l->offset[k].xi[a];
+    for (int64_t z = 0; z < l->planes; z++)
+        for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++) {
+            pd_chunk *c = &l->regular.chunk[m];
+            if (weigh_chunk(b, z, c, weigh, context, weight)) {
+                PD_TRY(pd_lattice_own(l, c));
+                memcpy(c->weight, weight,
+                       (size_t)l->n_offsets * PD_LANES * sizeof *weight);
+            } else {
+                free(c->weight);
+                c->weight = NULL;
+            }
+        }
+    return pd_status_ok();
+}
+
+/* ---- the ring ---- */
+
+pd_status pd_ring_create(const pd_lattice *l, int components, int slots, pd_ring *ring)
+{
+    *ring = (pd_ring){
+        .components = components, .slots = slots, .plane = l->plane, .planes = l->planes};
+    const size_t size = (size_t)(components * l->plane);
+    ring->data = calloc((size_t)ring->slots * size, sizeof *ring->data);
+    ring->nothing = calloc(size, sizeof *ring->nothing);
+    if (!ring->data || !ring->nothing)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d planes of %zu numbers", ring->slots,
+                              size);
+    return pd_status_ok();
+}
+
+void pd_ring_free(pd_ring *ring)
+{
+    free(ring->data);
+    free(ring->nothing);
+    *ring = (pd_ring){0};
+}
+
+/* Put the d components of `count` points, [count][d], into cells, [d][plane]. */
+PD_INLINE void scatter(const int d, int count, const double *from, double *to,
+                       int64_t plane)
+{
+    for (int c = 0; c < d; c++)
+        for (int q = 0; q < count; q++)
+            to[c * plane + q] = from[q * d + c];
+}
+
+PD_INLINE void fill_plane(const int d, const pd_chunks *chunks, int64_t z,
+                          const double *field, double *to, int64_t plane)
+{
+    for (int64_t m = chunks->first[z]; m < chunks->first[z + 1]; m++) {
+        const pd_chunk *c = &chunks->chunk[m];
+        const double *from = field + (size_t)c->point * (size_t)d;
+        if (c->count == PD_LANES) /* the count is a constant here */
+            scatter(d, PD_LANES, from, to + c->cell, plane);
+        else
+            scatter(d, c->count, from, to + c->cell, plane);
+    }
+}
+
+void pd_ring_fill(int d, const pd_body *b, int64_t z, const double *field,
+                  const pd_ring *ring)
+{
+    const pd_lattice *l = b->lattice;
+    if (z < 0 || z >= l->planes)
+        return;
+    double *to = ring_plane(ring, z);
+    const pd_chunks *kinds[] = {&l->regular, &l->other};
+    for (int k = 0; k < 2; k++)
+        if (d == 1)
+            fill_plane(1, kinds[k], z, field, to, l->plane);
+        else if (d == 2)
+            fill_plane(2, kinds[k], z, field, to, l->plane);
+        else
+            fill_plane(3, kinds[k], z, field, to, l->plane);
+}

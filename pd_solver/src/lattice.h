@@ -1,0 +1,119 @@
+/*
+ * Bodies whose points stand on a cubic lattice: families, offsets and weights are the
+ * same for all points but those near a surface or a crack, and are not stored for each.
+ *
+ * Points are numbered along the first axis, then the second, then the third, and taken in
+ * chunks of up to PD_LANES neighbours in a row, one vector of doubles. A sweep goes
+ * through the body plane by plane and keeps what it needs of the planes around, component
+ * by component, in a ring that fits a cache: a bond costs no index, weight or length, and
+ * memory is read and written once.
+ *
+ * Regular points, [0, n_regular), go this way. Points that touch a hold have families of
+ * their own and go the general way.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#ifndef PD_SRC_LATTICE_H
+#define PD_SRC_LATTICE_H
+
+#include "pd.h"
+
+#define PD_LANES 8
+#define PD_MOST_OFFSETS 512 /* more make a family better stored */
+#define PD_MOST_REACH 12    /* so far reach that many offsets in two dimensions */
+
+/* From a point to one of its neighbours. */
+typedef struct {
+    int plane;      /* 0 to 2 reach: the neighbour's plane, counted in the ring */
+    int32_t cell;   /* what is added to the cell within the plane */
+    double xi[3];   /* m */
+    double length;  /* |xi|, m */
+    double inverse; /* 1/|xi|, 1/m */
+    double weight;  /* the formulation's, of a bond with nothing missing around */
+    double weight_xi[3];
+} pd_offset;
+
+typedef struct {
+    pd_local point; /* the first */
+    int32_t cell;   /* its cell within its plane */
+    int count;      /* 1 to PD_LANES */
+    bool exports;   /* a point of general path reads it */
+    double *weight; /* [n_offsets][PD_LANES], 0: no bond; NULL: those of the offsets */
+} pd_chunk;
+
+/* Chunks of planes: those of plane z are [first[z], first[z + 1]). */
+typedef struct {
+    pd_chunk *chunk;
+    int64_t *first;
+} pd_chunks;
+
+typedef struct pd_lattice {
+    int d, reach;               /* of the horizon, in steps */
+    double step, origin[3];     /* m */
+    int64_t count[3];           /* points of the box, along each axis */
+    int64_t row, plane, planes; /* cells of a padded row and plane; planes in all */
+    int n_offsets;
+    pd_offset *offset;
+    pd_chunks regular, other; /* other: active points of the general path */
+    pd_local *at;             /* [planes][plane] the active point there, or -1 */
+    uint64_t *broken;         /* [n_regular][n_offsets] bits; NULL until one can break */
+} pd_lattice;
+
+/* The lattice that n points X[n][3] of those volumes stand on; NULL in *lattice when they
+ * do not, or when families are better stored. Freed by pd_lattice_free. */
+pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
+                          const double *volume, pd_lattice **lattice);
+void pd_lattice_free(pd_lattice *lattice);
+
+/* Steps from the first point of the box, along each axis. */
+void pd_lattice_index(const pd_lattice *lattice, const double *X, int64_t *index);
+
+/* Chunks and map of the body's points, which are in order. */
+pd_status pd_lattice_fill(pd_body *body);
+
+/* Neighbours of regular point i, and the offset of each; returns how many. */
+pd_local pd_lattice_family(const pd_body *body, pd_local i, pd_local *neighbour,
+                           short *offset);
+
+/* Weights of the chunk's own, copied from the offsets if it had none. */
+pd_status pd_lattice_own(pd_lattice *lattice, pd_chunk *chunk);
+
+/* The active point at an offset of lane q of a chunk in plane z, or -1. */
+pd_local pd_lattice_neighbour(const pd_lattice *lattice, int64_t z, const pd_chunk *chunk,
+                              int q, const pd_offset *offset);
+
+/* Chunk of a regular point. */
+pd_chunk *pd_lattice_chunk(const pd_body *body, pd_local i);
+
+/* Weigh every bond: weight(body, i, j, offset, context); j < 0 has no bond. Broken bonds
+ * weigh nothing. Chunks that weigh what the offsets say keep no weights. */
+typedef double pd_weigh(const pd_body *body, pd_local i, pd_local j,
+                        const pd_offset *offset, const void *context);
+pd_status pd_lattice_weigh(pd_body *body, pd_weigh *weigh, const void *context);
+
+/* ---- the ring ---- */
+
+/* Planes of components around the plane at hand. */
+typedef struct {
+    int components, slots;
+    int64_t plane, planes;
+    double *data, *nothing;
+} pd_ring;
+
+pd_status pd_ring_create(const pd_lattice *lattice, int components, int slots,
+                         pd_ring *ring);
+void pd_ring_free(pd_ring *ring);
+
+/* Components [components][plane] of plane z; of no plane: numbers that are finite. */
+static inline double *ring_plane(const pd_ring *ring, int64_t z)
+{
+    if (z < 0 || z >= ring->planes)
+        return ring->nothing;
+    return ring->data + z % ring->slots * ring->components * ring->plane;
+}
+
+/* Put plane z of a field [n][d] of points into the ring; outside nothing happens. */
+void pd_ring_fill(int d, const pd_body *body, int64_t z, const double *field,
+                  const pd_ring *ring);
+
+#endif

@@ -1,0 +1,114 @@
+/*
+ * Forces of bond-based peridynamics on a lattice, [han2025] eqs 28-29; compiled once for
+ * each instruction set. force_bond.c says what is computed, lattice.h how.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "body.h"
+#include "damage.h"
+#include "lanes.h"
+
+void PD_FOR_THIS_SET(pd_lattice_bond)(pd_body *b);
+
+/* Force densities of the lanes of a chunk from `part` on, the planes around it being in
+ * `around`; is some bond that bears force longer than s_c |xi|? */
+PD_INLINE bool part_force(const int d, const bool breaks, const bool own,
+                          const pd_lattice *l, const pd_chunk *c, int part,
+                          const double *const *around, double s_c2,
+                          double (*force)[PD_LANES])
+{
+    const double *y = around[d > 1 ? l->reach : 0] + c->cell + part;
+    lanes here[3], f[3] = {{0}};
+    lane_bits over = {0};
+    for (int a = 0; a < d; a++)
+        here[a] = PD_LOAD(y + a * l->plane);
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_offset *o = &l->offset[k];
+        const double *there = around[o->plane] + c->cell + part + o->cell;
+        lanes Y[3], square = {0}, weight = {0};
+        for (int a = 0; a < d; a++) {
+            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
+            square += Y[a] * Y[a];
+        }
+        lanes t = o->inverse - reciprocal_root(square);
+        if (own)
+            weight = PD_LOAD(c->weight + k * PD_LANES + part);
+        if (own)
+            t *= weight;
+        else
+            t *= o->weight;
+        for (int a = 0; a < d; a++)
+            f[a] += t * Y[a];
+        if (breaks && own)
+            over |= (square > s_c2 * o->length * o->length) & (weight > 0);
+        else if (breaks)
+            over |= square > s_c2 * o->length * o->length;
+    }
+    for (int a = 0; a < d; a++)
+        PD_STORE(force[a] + part, f[a]);
+    return breaks && any_lane(over, c->count - part);
+}
+
+PD_INLINE bool chunk_force(const int d, const bool breaks, const bool own,
+                           const pd_lattice *l, const pd_chunk *c,
+                           const double *const *around, double s_c2,
+                           double (*force)[PD_LANES])
+{
+    bool over = false;
+    for (int part = 0; part < c->count; part += PD_WIDTH)
+        over |= part_force(d, breaks, own, l, c, part, around, s_c2, force);
+    return over;
+}
+
+PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_t z,
+                              pd_chunk *c, const double *const *around, double s_c2)
+{
+    const pd_lattice *l = b->lattice;
+    double f[3][PD_LANES];
+    for (bool again = true; again;) {
+        const bool over = c->weight
+                              ? chunk_force(d, breaks, true, l, c, around, s_c2, f)
+                              : chunk_force(d, breaks, false, l, c, around, s_c2, f);
+        again = over && pd_damage_break_chunk(b, z, c, s_c2);
+    }
+    double *force = b->force + (size_t)c->point * d;
+    for (int q = 0; q < c->count; q++)
+        for (int a = 0; a < d; a++)
+            force[q * d + a] = f[a][q];
+}
+
+PD_INLINE void sweep(const int d, const bool breaks, pd_body *b)
+{
+    const pd_lattice *l = b->lattice;
+    const pd_ring *ring = b->own;
+    const int reach = d > 1 ? l->reach : 0;
+    const double s_c = breaks ? pd_body_critical_stretch(b, 0, 0) : 0;
+    const double *around[2 * PD_MOST_REACH + 1];
+    for (int64_t z = -reach; z < l->planes; z++) {
+        pd_ring_fill(d, b, z + reach, b->y, ring);
+        if (z < 0)
+            continue;
+        for (int s = 0; s <= 2 * reach; s++)
+            around[s] = ring_plane(ring, z - reach + s);
+        for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++)
+            force_of_chunk(d, breaks, b, z, &l->regular.chunk[m], around, s_c * s_c);
+    }
+}
+
+void PD_FOR_THIS_SET(pd_lattice_bond)(pd_body *b)
+{
+    const int d = b->options.dimension;
+    const bool breaks = pd_body_can_break(&b->options);
+    if (d == 1 && breaks)
+        sweep(1, true, b);
+    else if (d == 1)
+        sweep(1, false, b);
+    else if (d == 2 && breaks)
+        sweep(2, true, b);
+    else if (d == 2)
+        sweep(2, false, b);
+    else if (breaks)
+        sweep(3, true, b);
+    else
+        sweep(3, false, b);
+}

@@ -1,0 +1,261 @@
+/*
+ * Correspondence on a lattice, [kim2023] eqs 24-30; compiled once for each instruction
+ * set. force_correspondence.c says what is computed, lattice.h how.
+ *
+ * SPDX-License-Identifier: GPL-3.0-or-later
+ */
+#include "correspondence.h"
+#include "damage.h"
+#include "lanes.h"
+
+void PD_FOR_THIS_SET(pd_lattice_correspondence)(pd_body *b);
+
+/* sum_j w Y (x) xi of the lanes of a chunk from `part` on; is some bond that weighs
+ * longer than s_c |xi|? */
+PD_INLINE bool part_sum(const int d, const bool breaks, const bool own,
+                        const pd_lattice *l, const pd_chunk *c, int part,
+                        const double *const *around, double s_c2, double (*sum)[PD_LANES])
+{
+    const double *y = around[l->reach] + c->cell + part;
+    lanes here[3], S[9] = {{0}};
+    lane_bits over = {0};
+    for (int a = 0; a < d; a++)
+        here[a] = PD_LOAD(y + a * l->plane);
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_offset *o = &l->offset[k];
+        const double *there = around[o->plane] + c->cell + part + o->cell;
+        lanes Y[3], square = {0}, weight = {0};
+        if (own)
+            weight = PD_LOAD(c->weight + k * PD_LANES + part);
+        for (int a = 0; a < d; a++) {
+            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
+            if (breaks)
+                square += Y[a] * Y[a];
+            if (own)
+                Y[a] *= weight;
+        }
+        for (int r = 0; r < d; r++)
+            for (int t = 0; t < d; t++)
+                S[r * d + t] += Y[r] * (own ? o->xi[t] : o->weight_xi[t]);
+        if (breaks && own)
+            over |= (square > s_c2 * o->length * o->length) & (weight > 0);
+        else if (breaks)
+            over |= square > s_c2 * o->length * o->length;
+    }
+    for (int t = 0; t < d * d; t++)
+        PD_STORE(sum[t] + part, S[t]);
+    return breaks && any_lane(over, c->count - part);
+}
+
+PD_INLINE bool chunk_sum(const int d, const bool breaks, const bool own,
+                         const pd_lattice *l, const pd_chunk *c,
+                         const double *const *around, double s_c2,
+                         double (*sum)[PD_LANES])
+{
+    bool over = false;
+    for (int part = 0; part < c->count; part += PD_WIDTH)
+        over |= part_sum(d, breaks, own, l, c, part, around, s_c2, sum);
+    return over;
+}
+
+/* F of a chunk, after breaking what is too long. */
+PD_INLINE void deform_chunk(const int d, const bool breaks, pd_body *b, int64_t z,
+                            pd_chunk *c, const double *const *around, double s_c2)
+{
+    const pd_lattice *l = b->lattice;
+    const sweeps *own = b->own;
+    double sum[9][PD_LANES];
+    for (bool again = true; again;) {
+        const bool over = c->weight
+                              ? chunk_sum(d, breaks, true, l, c, around, s_c2, sum)
+                              : chunk_sum(d, breaks, false, l, c, around, s_c2, sum);
+        again = over && pd_damage_break_chunk(b, z, c, s_c2);
+        for (int q = 0; again && q < c->count; q++)
+            invert_lane(b, c, q);
+    }
+    for (int q = 0; q < c->count; q++) {
+        const pd_local i = c->point + q;
+        double S[9];
+        for (int t = 0; t < d * d; t++)
+            S[t] = sum[t][q];
+        keep_gradient(d, b, i, S,
+                      c->weight ? b->K_inverse + (size_t)i * d * d : own->K_inverse);
+    }
+}
+
+/* Q of a chunk into the ring's plane. */
+PD_INLINE void stress_chunk(const int d, pd_body *b, const pd_chunk *c, double *plane)
+{
+    const pd_lattice *l = b->lattice;
+    const sweeps *own = b->own;
+    double P[PD_LANES * 9], Q[9];
+    stress_points(d, b, c->point, c->count, P);
+    for (int q = 0; q < c->count; q++) {
+        const pd_local i = c->point + q;
+        const double *K_inverse =
+            c->weight ? b->K_inverse + (size_t)i * d * d : own->K_inverse;
+        const double g = b->control ? (c->weight ? b->control[i] : own->g) : 0;
+        keep_Q(d, b, i, P + q * d * d, K_inverse, g, Q);
+        for (int t = 0; t < d * d; t++)
+            plane[t * l->plane + c->cell + q] = Q[t];
+        if (b->control)
+            plane[d * d * l->plane + c->cell + q] = b->carries[i] == PD_SOUND ? g : 0;
+        if (c->exports) {
+            for (int t = 0; t < d * d; t++)
+                b->Q[(size_t)i * d * d + t] = Q[t];
+            if (b->control)
+                b->control[i] = g;
+        }
+    }
+}
+
+/* Q of the points of the general path into the ring's plane. */
+PD_INLINE void copy_others(const int d, const pd_body *b, int64_t z, double *plane)
+{
+    const pd_lattice *l = b->lattice;
+    for (int64_t m = l->other.first[z]; m < l->other.first[z + 1]; m++) {
+        const pd_chunk *c = &l->other.chunk[m];
+        for (int t = 0; t < d * d; t++)
+            plane[t * l->plane + c->cell] = b->Q[(size_t)c->point * d * d + t];
+        if (b->control)
+            plane[d * d * l->plane + c->cell] = control_now(b, c->point);
+    }
+}
+
+/* f += w (g_i + g_j) Y of one offset; Y from `y` at the neighbour and `here`. */
+PD_INLINE void add_control(const int d, const pd_lattice *l, lanes w_g, const double *y,
+                           const lanes *here, lanes *f)
+{
+    for (int r = 0; r < d; r++)
+        f[r] += w_g * (PD_LOAD(y + r * l->plane) - here[r]);
+}
+
+/* Force density of the lanes of a chunk from `part` on, [kim2023] eqs 28-29; y: planes of
+ * positions, with control. */
+PD_INLINE void part_force(const int d, const bool own, const bool control,
+                          const pd_lattice *l, const pd_chunk *c, int part,
+                          const double *const *Q, const double *const *y,
+                          double (*force)[PD_LANES])
+{
+    const int64_t here = c->cell + part;
+    const double *Qi = Q[l->reach] + here;
+    lanes f[3] = {{0}}, moment[3] = {{0}}, yi[3] = {{0}}, g = {0};
+    if (control) {
+        g = PD_LOAD(Qi + d * d * l->plane);
+        for (int a = 0; a < d; a++)
+            yi[a] = PD_LOAD(y[l->reach] + here + a * l->plane);
+    }
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_offset *o = &l->offset[k];
+        const double *Qj = Q[o->plane] + here + o->cell;
+        lanes w = {0};
+        if (own)
+            w = PD_LOAD(c->weight + k * PD_LANES + part);
+        for (int t = 0; t < d; t++) {
+            const lanes w_xi = w * o->xi[t];
+            moment[t] += w_xi;
+            for (int r = 0; r < d; r++)
+                if (own)
+                    f[r] += PD_LOAD(Qj + (r * d + t) * l->plane) * w_xi;
+                else
+                    f[r] += PD_LOAD(Qj + (r * d + t) * l->plane) * o->weight_xi[t];
+        }
+        if (control) {
+            const lanes both = g + PD_LOAD(Qj + d * d * l->plane);
+            const double *yj = y[o->plane] + here + o->cell;
+            if (own)
+                add_control(d, l, w * both, yj, yi, f);
+            else
+                add_control(d, l, o->weight * both, yj, yi, f);
+        }
+    }
+    /* The moment of a full family is zero. */
+    for (int r = 0; own && r < d; r++)
+        for (int t = 0; t < d; t++)
+            f[r] += PD_LOAD(Qi + (r * d + t) * l->plane) * moment[t];
+    for (int r = 0; r < d; r++)
+        PD_STORE(force[r] + part, f[r]);
+}
+
+PD_INLINE void chunk_force(const int d, const bool own, const bool control,
+                           const pd_lattice *l, const pd_chunk *c, const double *const *Q,
+                           const double *const *y, double (*force)[PD_LANES])
+{
+    for (int part = 0; part < c->count; part += PD_WIDTH)
+        part_force(d, own, control, l, c, part, Q, y, force);
+}
+
+PD_INLINE void force_of_chunk(const int d, const bool control, pd_body *b,
+                              const pd_chunk *c, const double *const *Q,
+                              const double *const *y)
+{
+    double f[3][PD_LANES];
+    if (c->weight)
+        chunk_force(d, true, control, b->lattice, c, Q, y, f);
+    else
+        chunk_force(d, false, control, b->lattice, c, Q, y, f);
+    double *force = b->force + (size_t)c->point * d;
+    for (int q = 0; q < c->count; q++)
+        for (int r = 0; r < d; r++)
+            force[q * d + r] = f[r][q];
+}
+
+/* Planes of a ring around plane z. */
+PD_INLINE void planes_around(const pd_ring *ring, int reach, int64_t z,
+                             const double **around)
+{
+    for (int s = 0; s <= 2 * reach; s++)
+        around[s] = ring_plane(ring, z - reach + s);
+}
+
+PD_INLINE void sweep(const int d, const bool breaks, const bool control, pd_body *b)
+{
+    const pd_lattice *l = b->lattice;
+    const sweeps *own = b->own;
+    const int reach = l->reach;
+    const double s_c = breaks ? pd_body_critical_stretch(b, 0, 0) : 0;
+    const double *y[2 * PD_MOST_REACH + 1], *Q[2 * PD_MOST_REACH + 1];
+    for (int64_t z = -2 * reach; z < l->planes; z++) {
+        const int64_t first = z + reach; /* the plane of the first visit */
+        pd_ring_fill(d, b, first + reach, b->y, &own->y);
+        planes_around(&own->y, reach, first, y);
+        if (first >= 0 && first < l->planes) {
+            double *plane = ring_plane(&own->Q, first);
+            for (int64_t m = l->regular.first[first]; m < l->regular.first[first + 1];
+                 m++) {
+                pd_chunk *c = &l->regular.chunk[m];
+                deform_chunk(d, breaks, b, first, c, y, s_c * s_c);
+                stress_chunk(d, b, c, plane);
+            }
+            copy_others(d, b, first, plane);
+        }
+        if (z < 0)
+            continue;
+        planes_around(&own->Q, reach, z, Q);
+        if (control)
+            planes_around(&own->y, reach, z, y);
+        for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++)
+            force_of_chunk(d, control, b, &l->regular.chunk[m], Q, y);
+    }
+}
+
+PD_INLINE void sweep_dimension(const int d, pd_body *b)
+{
+    const bool breaks = pd_body_can_break(&b->options);
+    if (breaks && b->control)
+        sweep(d, true, true, b);
+    else if (breaks)
+        sweep(d, true, false, b);
+    else if (b->control)
+        sweep(d, false, true, b);
+    else
+        sweep(d, false, false, b);
+}
+
+void PD_FOR_THIS_SET(pd_lattice_correspondence)(pd_body *b)
+{
+    if (b->options.dimension == 2)
+        sweep_dimension(2, b);
+    else
+        sweep_dimension(3, b);
+}
