@@ -147,11 +147,19 @@ pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
     return pd_status_ok();
 }
 
+static void forget_weights(pd_chunk *c)
+{
+    free(c->bonds);
+    free(c->weight);
+    c->bonds = NULL;
+    c->weight = NULL;
+}
+
 static void free_chunks(pd_chunks *chunks, int64_t planes)
 {
     if (chunks->first && chunks->chunk)
         for (int64_t k = 0; k < chunks->first[planes]; k++)
-            free(chunks->chunk[k].weight);
+            forget_weights(&chunks->chunk[k]);
     free(chunks->chunk);
     free(chunks->first);
 }
@@ -319,28 +327,40 @@ pd_local pd_lattice_family(const pd_body *b, pd_local i, pd_local *neighbour,
 
 /* ---- weights ---- */
 
-pd_status pd_lattice_own(pd_lattice *l, pd_chunk *c)
+static pd_status no_memory(const pd_lattice *l)
 {
-    if (c->weight)
+    return pd_status_fail(PD_NO_MEMORY, -1, "%d bonds of a chunk", l->n_offsets);
+}
+
+pd_status pd_lattice_cut(pd_lattice *l, pd_chunk *c, int lane, int k)
+{
+    if (c->weight) {
+        c->weight[k * PD_LANES + lane] = 0;
         return pd_status_ok();
-    c->weight = malloc((size_t)l->n_offsets * PD_LANES * sizeof *c->weight);
-    if (!c->weight)
-        return pd_status_fail(PD_NO_MEMORY, -1, "weights of %d bonds",
-                              l->n_offsets * PD_LANES);
-    for (int k = 0; k < l->n_offsets; k++)
-        for (int q = 0; q < PD_LANES; q++)
-            c->weight[k * PD_LANES + q] = l->offset[k].weight;
+    }
+    if (!c->bonds) {
+        c->bonds = malloc((size_t)l->n_offsets);
+        if (!c->bonds)
+            return no_memory(l);
+        memset(c->bonds, 0xff, (size_t)l->n_offsets);
+    }
+    c->bonds[k] &= (unsigned char)~(1u << lane);
     return pd_status_ok();
 }
 
-/* Weights of one chunk; do they differ from those of the offsets? */
-static bool weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh *weigh,
-                        const void *context, double *weight)
+/* What a chunk has to keep. */
+enum { NOTHING, BONDS, WEIGHTS };
+
+/* Weights of one chunk, and its bonds as bits. */
+static int weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh *weigh,
+                       const void *context, double *weight, unsigned char *bonds)
 {
     const pd_lattice *l = b->lattice;
-    bool differ = false;
+    int keep = NOTHING;
+    memset(bonds, 0, (size_t)l->n_offsets);
     for (int k = 0; k < l->n_offsets; k++)
         for (int q = 0; q < PD_LANES; q++) {
+            const double common = l->offset[k].weight;
             double *w = weight + k * PD_LANES + q;
             *w = 0;
             if (q >= c->count)
@@ -348,33 +368,47 @@ static bool weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh
             const pd_local i = c->point + q;
             const pd_local j = pd_lattice_neighbour(l, z, c, q, &l->offset[k]);
             const int64_t bit = (int64_t)i * l->n_offsets + k;
-            if (j >= 0 && !(l->broken && l->broken[bit / 64] >> (bit % 64) & 1))
-                *w = weigh(b, i, j, &l->offset[k], context);
+            if (j < 0 || (l->broken && l->broken[bit / 64] >> (bit % 64) & 1)) {
+                keep = keep == NOTHING ? BONDS : keep;
+                continue;
+            }
+            *w = weigh(b, i, j, &l->offset[k], context);
+            bonds[k] |= (unsigned char)(1u << q);
             /* Beyond round-off of the sums that a weight may come from. */
-            if (fabs(*w - l->offset[k].weight) > 1e-11 * fabs(l->offset[k].weight))
-                differ = true;
+            if (fabs(*w - common) > 1e-11 * fabs(common))
+                keep = WEIGHTS;
         }
-    return differ;
+    return keep;
+}
+
+static pd_status copy_of(const pd_lattice *l, const void *from, size_t size, void *to)
+{
+    void *copy = malloc(size);
+    if (!copy)
+        return no_memory(l);
+    memcpy(copy, from, size);
+    memcpy(to, &copy, sizeof copy);
+    return pd_status_ok();
 }
 
 pd_status pd_lattice_weigh(pd_body *b, pd_weigh *weigh, const void *context)
 {
     pd_lattice *l = b->lattice;
     double weight[PD_MOST_OFFSETS * PD_LANES];
+    unsigned char bonds[PD_MOST_OFFSETS];
+    const size_t n = (size_t)l->n_offsets;
     for (int k = 0; k < l->n_offsets; k++)
         for (int a = 0; a < 3; a++)
             l->offset[k].weight_xi[a] = l->offset[k].weight * l->offset[k].xi[a];
     for (int64_t z = 0; z < l->planes; z++)
         for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++) {
             pd_chunk *c = &l->regular.chunk[m];
-            if (weigh_chunk(b, z, c, weigh, context, weight)) {
-                PD_TRY(pd_lattice_own(l, c));
-                memcpy(c->weight, weight,
-                       (size_t)l->n_offsets * PD_LANES * sizeof *weight);
-            } else {
-                free(c->weight);
-                c->weight = NULL;
-            }
+            const int keep = weigh_chunk(b, z, c, weigh, context, weight, bonds);
+            forget_weights(c);
+            if (keep == BONDS)
+                PD_TRY(copy_of(l, bonds, n, &c->bonds));
+            if (keep == WEIGHTS)
+                PD_TRY(copy_of(l, weight, n * PD_LANES * sizeof *weight, &c->weight));
         }
     return pd_status_ok();
 }

@@ -40,7 +40,12 @@ typedef struct {
     int32_t row, x; /* ... which is that one of that row */
     int count;      /* 1 to PD_LANES */
     bool exports;   /* a point of general path reads it */
-    double *weight; /* [n_offsets][PD_LANES], 0: no bond; NULL: those of the offsets */
+
+    /* What its bonds weigh: as the offsets say when both are NULL (it is whole), that or
+     * nothing as bit q of bonds[n_offsets] has it for lane q, or else as weight
+     * [n_offsets][PD_LANES] has it, 0 for no bond. */
+    unsigned char *bonds;
+    double *weight;
 } pd_chunk;
 
 /* Chunks of planes: those of plane z are [first[z], first[z + 1]). */
@@ -77,8 +82,22 @@ pd_status pd_lattice_fill(pd_body *body);
 pd_local pd_lattice_family(const pd_body *body, pd_local i, pd_local *neighbour,
                            short *offset);
 
-/* Weights of the chunk's own, copied from the offsets if it had none. */
-pd_status pd_lattice_own(pd_lattice *lattice, pd_chunk *chunk);
+/* Take bond k of a lane out of a chunk. */
+pd_status pd_lattice_cut(pd_lattice *lattice, pd_chunk *chunk, int lane, int k);
+
+static inline bool chunk_is_whole(const pd_chunk *chunk)
+{
+    return !chunk->bonds && !chunk->weight;
+}
+
+/* Weight of bond k of a lane. */
+static inline double chunk_weight(const pd_lattice *lattice, const pd_chunk *chunk,
+                                  int lane, int k)
+{
+    if (chunk->weight)
+        return chunk->weight[k * PD_LANES + lane];
+    return !chunk->bonds || chunk->bonds[k] >> lane & 1 ? lattice->offset[k].weight : 0;
+}
 
 /* The active point at an offset of lane q of a chunk in plane z, or -1. */
 pd_local pd_lattice_neighbour(const pd_lattice *lattice, int64_t z, const pd_chunk *chunk,
@@ -88,7 +107,7 @@ pd_local pd_lattice_neighbour(const pd_lattice *lattice, int64_t z, const pd_chu
 pd_chunk *pd_lattice_chunk(const pd_body *body, pd_local i);
 
 /* Weigh every bond: weight(body, i, j, offset, context); j < 0 has no bond. Broken bonds
- * weigh nothing. Chunks that weigh what the offsets say keep no weights. */
+ * weigh nothing. A chunk keeps no more of it than it must. */
 typedef double pd_weigh(const pd_body *body, pd_local i, pd_local j,
                         const pd_offset *offset, const void *context);
 pd_status pd_lattice_weigh(pd_body *body, pd_weigh *weigh, const void *context);
