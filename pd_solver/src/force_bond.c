@@ -191,9 +191,26 @@ static pd_status allocate(pd_body *b)
                           b->own);
 }
 
+/* A bond without length has no direction. On a lattice there is none. */
+static pd_status check_lengths(const pd_body *b)
+{
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const pd_local j = b->families.neighbour[k];
+            double xi[3], length;
+            measure(b, i, j, xi, &length);
+            if (!(length > 0))
+                return pd_status_fail(PD_BAD_ARGUMENT, b->id[i],
+                                      "the point stands where point %lld stands",
+                                      (long long)b->id[j]);
+        }
+    return pd_status_ok();
+}
+
 static pd_status prepare(pd_body *b)
 {
     const size_t d = (size_t)b->options.dimension;
+    PD_TRY(check_lengths(b));
     PD_TRY(allocate(b));
     if (b->options.formulation_parameters[SURFACE_CORRECTION] == 0)
         return weigh(b, NULL);
