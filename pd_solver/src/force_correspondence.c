@@ -80,7 +80,10 @@ static pd_status prepare_lattice(pd_body *b)
     double K[9] = {0};
     for (int k = 0; k < l->n_offsets; k++) {
         pd_offset *o = &l->offset[k];
-        o->weight = weight_of(b, o->length, l->step, pow(l->step, l->d));
+        const double volume = pow(l->step, l->d);
+        /* Bonds as long as the horizon weigh nothing, but break like others; on a lattice
+         * 0 is no bond. No sum feels this instead. */
+        o->weight = fmax(weight_of(b, o->length, l->step, volume), 1e-40 * volume);
         add_dyad(l->d, o->weight, o->xi, o->xi, K);
     }
     const bool sound = shape_inverse(l->d, K, own->K_inverse);

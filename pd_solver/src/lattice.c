@@ -74,6 +74,25 @@ static bool all_stand_on_it(const pd_lattice *l, size_t n, const double *X)
     return true;
 }
 
+/* Is some place of the lattice taken twice? */
+static pd_status find_double(const pd_lattice *l, size_t n, const double *X, bool *found)
+{
+    const size_t places = (size_t)(l->count[0] * l->count[1] * l->count[2]);
+    unsigned char *taken = calloc(places, 1);
+    if (!taken)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu places", places);
+    for (size_t i = 0; i < n; i++) {
+        int64_t index[3] = {0};
+        pd_lattice_index(l, X + 3 * i, index);
+        unsigned char *here =
+            &taken[(index[2] * l->count[1] + index[1]) * l->count[0] + index[0]];
+        *found |= *here;
+        *here = 1;
+    }
+    free(taken);
+    return pd_status_ok();
+}
+
 /* ---- offsets ---- */
 
 /* Offsets within the horizon, by plane, row and place; with offset == NULL they are only
@@ -133,6 +152,10 @@ pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
     if (l.n_offsets < 1 || l.reach > PD_MOST_REACH || l.n_offsets > PD_MOST_OFFSETS ||
         (double)l.plane * (double)l.planes > 8. * (double)n + 65536 ||
         l.plane > INT32_MAX / 2)
+        return pd_status_ok();
+    bool shared = false;
+    PD_TRY(find_double(&l, n, X, &shared));
+    if (shared)
         return pd_status_ok();
     l.offset = malloc((size_t)l.n_offsets * sizeof *l.offset);
     *lattice = malloc(sizeof **lattice);
