@@ -12,7 +12,7 @@
  * Errors: a function that can fail returns a pd_status. Nothing here prints or exits.
  * No function produces a NaN from finite input.
  *
- * Sources, keys as in docs/references.bib: [kim2023], [silling2007].
+ * Sources, keys as in docs/references.bib: [kim2023], [silling2007], [han2025].
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -346,7 +346,7 @@ typedef struct {
     const char *name;   /* word in dictionaries */
     const char *source; /* where the equations stand */
 
-    /* One step, see pd_body_step. */
+    /* One step, for pd_body_step alone. */
     pd_status (*step)(pd_body *body, double dt, const pd_prescribed *prescribed);
 } pd_integrator;
 
@@ -360,30 +360,34 @@ PD_API const pd_integrator *pd_integrator_find(const char *name);
  * Move the body by dt (s): positions, velocities, history and, after it, the forces at
  * the new positions, which pd_body_forces must have filled once before the first step. A
  * dead load is taken as it is set. prescribed may be NULL. Collective. Errors: as
- * pd_body_forces; y and v are then those of the failed step.
+ * pd_body_forces, with y and v of the failed step; PD_BAD_ARGUMENT (dt, a point out of
+ * range), with nothing moved.
  */
 PD_API pd_status pd_body_step(pd_body *body, const pd_integrator *integrator, double dt,
                               const pd_prescribed *prescribed);
 
-/* Largest stable dt of the integrators at rest (s), from the formulation's bounds and
- * from damping. Collective. */
+/* Step up to which the integrators are stable at rest (s), from the formulation's bounds.
+ * Damping does not limit it. HUGE_VAL when nothing moves, 0 without memory. Collective.
+ */
 PD_API double pd_body_stable_step(const pd_body *body);
 
 /*
- * Dynamic relaxation towards the static answer, [kilic2010]: velocities of a fictitious
- * mass and a damping that adapts. y moves; v holds the fictitious velocity, and is set to
- * zero when the state is destroyed.
+ * Relaxation towards the static answer: quasi-Newton iterations, [nocedal1980], with a
+ * multilevel fictitious mass where dynamic relaxation, [kilic2010], has a diagonal one;
+ * docs/relaxation.md. y moves; v is set to zero.
  */
 typedef struct pd_relaxation pd_relaxation;
 
-/* Borrow the body for relaxing. Followed by pd_relaxation_destroy. Errors: PD_NO_MEMORY,
- * PD_BAD_ARGUMENT (the body has a history). */
+/* Borrow the body for relaxing; nothing else moves it meanwhile. Loads may change between
+ * iterations. Followed by pd_relaxation_destroy. Errors: PD_NO_MEMORY, PD_BAD_ARGUMENT
+ * (the body has a history). */
 PD_API pd_status pd_relaxation_create(pd_body *body, pd_relaxation **relaxation);
 PD_API void pd_relaxation_destroy(pd_relaxation *relaxation);
 
 /* One iteration, with the forces at the new positions. Prescribed components are at
- * prescribed->y after it. *residual: the norm of the unbalanced forces over that of the
- * loads, reactions included (-). Errors: as pd_body_forces. */
+ * prescribed->y after it; which ones they are may change. *residual: the norm of the
+ * unbalanced forces over that of the loads, reactions included (-); 0 where they are
+ * round-off. Errors: as pd_body_step, after shorter steps have failed too. */
 PD_API pd_status pd_relaxation_step(pd_relaxation *relaxation,
                                     const pd_prescribed *prescribed, double *residual);
 

@@ -344,6 +344,18 @@ static bool accepts(const pd_material *material, int d, pd_plane plane)
     return material->stress[d == 2 ? plane : PD_PLANE_STRAIN];
 }
 
+/* ---- frequency ----
+ *
+ * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
+ * body), Cauchy's inequality gives for any theta > 0
+ *
+ *     |F_i - 1|^2 <= mu_i (sum_j w |u_j|^2 + theta |u_i|^2),   mu = |K^-1 + s s^T/theta|.
+ *
+ * The strain energy, at most half of M |F - 1|^2 V in waves, is so bounded by a diagonal
+ * form, and omega^2 by that over rho. The best theta is |s| sqrt(sum w / |K^-1|).
+ * Zero-energy control has at most the energy g/2 sum_j w |u_j - u_i|^2 V, and
+ * |u_j - u_i|^2 <= 2 |u_j|^2 + 2 |u_i|^2. */
+
 /* Largest sum of absolute values in a row: no eigenvalue is beyond it. */
 static double row_norm(int d, const double *A)
 {
@@ -357,68 +369,66 @@ static double row_norm(int d, const double *A)
     return most;
 }
 
-/* s = K^-1 sum w xi, by which the displacement of point i itself enters F; returns the
- * weight of its moving neighbours. */
-static double own_part(const pd_body *b, pd_local i, const pd_family *family,
-                       const double *K_inverse, double *s)
+/* What point i's own displacement enters F and the control with. */
+typedef struct {
+    double s[3];
+    double moving; /* sum of w of bonds to moving points */
+    double held;   /* sum of w mirror^2 of the others */
+} own_part;
+
+static own_part own_part_of(const pd_body *b, pd_local i, const pd_family *family,
+                            const double *K_inverse)
 {
     const int d = b->options.dimension;
-    double sum[3] = {0}, weight = 0;
+    double sum[3] = {0};
+    own_part own = {.moving = 0};
     for (pd_local k = 0; k < family->count; k++) {
         const pd_local j = family->neighbour[k];
-        const bool held = j >= b->n_moving;
         const double w = family_weight(b, i, family, k);
+        const double part = j < b->n_moving ? 1 : mirror(b, i, j);
         double xi[3];
         subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-        weight += held ? 0 : w;
+        own.moving += j < b->n_moving ? w : 0;
+        own.held += j < b->n_moving ? 0 : w * part * part;
         for (int a = 0; a < d; a++)
-            sum[a] += (held ? mirror(b, i, j) : 1) * w * xi[a];
+            sum[a] += w * part * xi[a];
     }
     for (int a = 0; a < d; a++)
-        s[a] = dot(d, K_inverse + a * d, sum);
-    return weight;
+        own.s[a] = dot(d, K_inverse + a * d, sum);
+    return own;
 }
 
-/*
- * With F_i - 1 = sum_j w u_j a_j - u_i s, a = K^-1 xi and s = K^-1 sum w xi (0 inside a
- * body), Cauchy's inequality gives for any theta > 0
- *
- *     |F_i - 1|^2 <= mu_i (sum_j w |u_j|^2 + theta |u_i|^2),   mu = |K^-1 + s s^T/theta|.
- *
- * The strain energy, at most half of M |F - 1|^2 V in waves, is so bounded by a diagonal
- * form, and omega^2 by that over rho. The best theta is |s| sqrt(sum w / |K^-1|).
- */
-static void frequency(const pd_body *b, double *omega2)
+/* Add the bounds that the energy of point i gives, over rho. */
+static void bound_energy(const pd_body *b, pd_local i, const double *K_inverse,
+                         double *omega2)
 {
     const int d = b->options.dimension;
     const double c = pd_body_longitudinal_speed(b);
-    double stiffest = 0;
-    for (pd_local i = 0; i < b->n_moving; i++)
-        omega2[i] = 0;
-    for (pd_local i = 0; i < b->n_moving; i++) {
-        double A[9], s[3], weights = 0;
-        pd_family family;
-        family_of(b, i, &family);
-        memcpy(A, shape_at(b, i), (size_t)(d * d) * sizeof *A);
-        const double weight = own_part(b, i, &family, A, s), norm = row_norm(d, A);
-        const double theta = norm > 0 ? sqrt(dot(d, s, s) * weight / norm) : 0;
-        if (theta > 0)
-            add_dyad(d, 1 / theta, s, s, A);
-        const double mu = c * c * row_norm(d, A);
-        omega2[i] += theta * mu;
-        for (pd_local k = 0; k < family.count; k++) {
-            const pd_local j = family.neighbour[k];
-            const double w = family_weight(b, i, &family, k);
-            weights += w;
-            if (j < b->n_moving) /* w of j's bond to i */
-                omega2[j] += w * b->volume[i] / b->volume[j] * mu;
-        }
-        if (b->control)
-            stiffest = fmax(stiffest, control_at(b, i) * weights);
+    const double g = b->control ? 2 * control_at(b, i) / b->options.density : 0;
+    pd_family family;
+    family_of(b, i, &family);
+    const own_part own = own_part_of(b, i, &family, K_inverse);
+    double A[9];
+    memcpy(A, K_inverse, (size_t)(d * d) * sizeof *A);
+    const double norm = row_norm(d, A);
+    const double theta = norm > 0 ? sqrt(dot(d, own.s, own.s) * own.moving / norm) : 0;
+    if (theta > 0)
+        add_dyad(d, 1 / theta, own.s, own.s, A);
+    const double mu = c * c * row_norm(d, A);
+    omega2[i] += theta * mu + g * (own.moving + own.held / 2);
+    for (pd_local k = 0; k < family.count; k++) {
+        const pd_local j = family.neighbour[k];
+        if (j < b->n_moving) /* w of j's bond to i */
+            omega2[j] +=
+                family_weight(b, i, &family, k) * b->volume[i] / b->volume[j] * (mu + g);
     }
-    /* Springs of zero-energy control: (g_i + g_j) w between each pair. */
-    for (pd_local i = 0; i < b->n_moving && stiffest > 0; i++)
-        omega2[i] += 4 * stiffest / b->options.density;
+}
+
+static void frequency(const pd_body *b, double *omega2)
+{
+    memset(omega2, 0, (size_t)b->n_moving * sizeof *omega2);
+    for (pd_local i = 0; i < b->n_moving; i++)
+        bound_energy(b, i, shape_at(b, i), omega2);
 }
 
 /* P F^T / J of point i; in two dimensions J counts the thickness. */

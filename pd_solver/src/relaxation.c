@@ -20,8 +20,8 @@
 #include "status.h"
 #include "step.h"
 
-/* Pairs that are remembered. Fewer cost iterations, more cost memory. */
-enum { PAIRS = 8 };
+/* Pairs that are remembered: fewer cost iterations, more cost memory. Other vectors. */
+enum { PAIRS = 8, VECTORS = 6 };
 
 /* Share of M^-1 g in the first steps, before a pair says how stiff the body is. */
 #define CAUTIOUS 0.2
@@ -34,9 +34,13 @@ enum { PAIRS = 8 };
 enum { CUTS = 10 };
 #define SHORTER 0.25
 
-/* Share in the residual's reference of the largest unbalanced force so far, for bodies
- * that come to rest without load. */
+/* Share in the residual's reference of what was unbalanced at the start and where
+ * prescribed components moved, for bodies that come to rest without load. */
 #define REMEMBERED 1e-3
+
+/* Iterations with failing forces that a jump of prescribed components may take before the
+ * failure is passed on; without a jump, in a row. */
+enum { MOST_FAILURES = 100 };
 
 /* Unbalanced forces below this share of those that displacements as large as positions
  * would cause are round-off. */
@@ -52,19 +56,36 @@ struct pd_relaxation {
     double *base,
         *base_internal; /* where the direction was chosen, and the forces there */
     double *direction;
+    double
+        *motion; /* still to come of prescribed components, and of the rest with them */
     double *work;
     double *moved[PAIRS], *answer[PAIRS]; /* s and q, rings */
     double inverse[PAIRS];                /* 1/(s . q) */
     int pairs, latest;
     double scale;   /* of M^-1 in H */
     double length;  /* of the step along direction */
+    double stride;  /* share of motion to try next */
     int cuts;       /* of this direction; 0 while none is chosen */
     bool searching; /* the next iteration goes on along direction */
     bool started;
-    double largest_unbalance;
+    int failures;
+    double remembered; /* norm of the largest unbalanced forces as above, N */
+    double noise;      /* norm of forces that round-off causes, N */
 };
 
 /* ---- creation ---- */
+
+static double noise_of(const pd_relaxation *r)
+{
+    const pd_body *b = r->body;
+    const size_t d = (size_t)b->options.dimension;
+    double farthest = 0, squares = 0;
+    for (size_t c = 0; c < r->size; c++) {
+        farthest = fmax(farthest, fabs(b->y[c]));
+        squares += r->smooth.stiffness[c / d] * r->smooth.stiffness[c / d];
+    }
+    return ROUNDING * farthest * sqrt(squares);
+}
 
 pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
 {
@@ -79,7 +100,7 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
     r->body = b;
     r->size = n * (size_t)b->options.dimension;
     r->prescribed = calloc(n + 1, sizeof *r->prescribed);
-    r->store = calloc((5 + 2 * PAIRS) * r->size + 1, sizeof *r->store);
+    r->store = calloc((VECTORS + 2 * PAIRS) * r->size + 1, sizeof *r->store);
     memset(b->prescribed, 0, n);
     pd_status status = pd_smooth_create(b, &r->smooth);
     if (status.code == PD_OK && !(r->prescribed && r->store))
@@ -88,15 +109,17 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
         pd_relaxation_destroy(r);
         return status;
     }
-    double **const arrays[] = {&r->internal, &r->base, &r->base_internal, &r->direction,
-                               &r->work};
-    for (size_t k = 0; k < 5; k++)
+    double **const arrays[] = {&r->internal,  &r->base,   &r->base_internal,
+                               &r->direction, &r->motion, &r->work};
+    for (size_t k = 0; k < VECTORS; k++)
         *arrays[k] = r->store + k * r->size;
     for (size_t k = 0; k < PAIRS; k++) {
-        r->moved[k] = r->store + (5 + 2 * k) * r->size;
+        r->moved[k] = r->store + (VECTORS + 2 * k) * r->size;
         r->answer[k] = r->moved[k] + r->size;
     }
     r->scale = CAUTIOUS;
+    r->stride = 1;
+    r->noise = noise_of(r);
     memset(b->v, 0, r->size * sizeof *b->v);
     *relaxation = r;
     return pd_status_ok();
@@ -205,7 +228,9 @@ static void learn(pd_relaxation *r)
     }
     pd_smooth_apply(&r->smooth, r->work);
     const double stiffness = product(r, s, q), soft = product(r, r->work, q);
-    if (!(stiffness > 1e-6 * sqrt(product(r, s, s) * product(r, q, q)) && soft > 0))
+    const double answer = sqrt(product(r, q, q));
+    if (!(stiffness > 1e-6 * sqrt(product(r, s, s)) * answer && soft > 0 &&
+          answer > 10 * r->noise))
         return;
     r->inverse[next] = 1 / stiffness;
     r->scale = stiffness / soft;
@@ -215,65 +240,108 @@ static void learn(pd_relaxation *r)
 
 /* ---- an iteration ---- */
 
-/* Take up which components are prescribed; do any of them move now? */
+/* Take up which components are prescribed. */
+static void adopt(pd_relaxation *r)
+{
+    const pd_body *b = r->body;
+    if (memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) == 0)
+        return;
+    memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
+    pd_smooth_fix(&r->smooth);
+    forget(r);
+}
+
+/* Do prescribed components move now? By how much, and the free ones with them: into
+ * motion. */
 static bool drive(pd_relaxation *r, const pd_prescribed *prescribed)
 {
     const pd_body *b = r->body;
     const size_t d = (size_t)b->options.dimension;
-    if (memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) != 0) {
-        memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
-        pd_smooth_fix(&r->smooth);
-        forget(r);
-    }
+    bool driven = false;
+    memset(r->motion, 0, r->size * sizeof *r->motion);
     for (size_t k = 0; prescribed && k < prescribed->n; k++)
         for (size_t a = 0; a < d; a++)
-            if (prescribed->components[k] >> a & 1 &&
-                prescribed->y[k * d + a] != b->y[(size_t)prescribed->point[k] * d + a])
-                return true;
-    return false;
+            if (prescribed->components[k] >> a & 1) {
+                const size_t c = (size_t)prescribed->point[k] * d + a;
+                r->motion[c] = prescribed->y[k * d + a] - b->y[c];
+                driven = driven || r->motion[c] != 0;
+            }
+    if (driven)
+        pd_smooth_extend(&r->smooth, r->motion);
+    return driven;
+}
+
+/* Is a failure of forces to be met by a shorter step? */
+static bool may_shorten(pd_relaxation *r, pd_status status, int cuts)
+{
+    if (status.code == PD_OK || cuts == CUTS)
+        return false;
+    if (cuts == 0)
+        r->failures++;
+    return r->failures <= MOST_FAILURES;
 }
 
 /* Move along the direction, less far if forces fail there. */
-static pd_status advance(pd_relaxation *r, const pd_prescribed *prescribed)
+static pd_status search(pd_relaxation *r, const pd_prescribed *prescribed)
 {
-    for (int tries = 0;; tries++) {
+    pd_status status;
+    for (int cuts = 0;; cuts++) {
         for (size_t c = 0; c < r->size; c++)
             r->body->y[c] = r->base[c] + r->length * r->direction[c];
         pd_place_prescribed(r->body, prescribed);
-        const pd_status status = evaluate(r);
-        if (status.code == PD_OK || tries == CUTS)
+        status = evaluate(r);
+        if (status.code == PD_OK && cuts == 0)
+            r->failures = 0;
+        if (!may_shorten(r, status, cuts))
             return status;
         r->length *= SHORTER;
     }
 }
 
 /* Keep the place that the step led to, or have the next iteration go back a little. */
-static void conclude(pd_relaxation *r, bool driven)
+static void conclude(pd_relaxation *r)
 {
     unbalanced(r, r->base_internal, r->work);
     const double before = product(r, r->direction, r->work);
     unbalanced(r, r->internal, r->work);
     const double after = product(r, r->direction, r->work);
-    r->searching = !driven && after < -OVERSHOOT * before && r->cuts++ < CUTS;
+    r->searching = after < -OVERSHOOT * before && r->cuts++ < CUTS;
     if (r->searching)
         r->length *= fmax(before / (before - after), 0.1);
-    else if (!driven)
+    else
         learn(r);
 }
 
+/* Move prescribed components, the free ones with them and along the direction; a part of
+ * the way where forces fail at its end. Nothing is learnt of the stiffness: forces of the
+ * free components change with the prescribed ones too. */
+static pd_status follow(pd_relaxation *r, const pd_prescribed *prescribed)
+{
+    r->searching = false;
+    for (int cuts = 0;; cuts++) {
+        for (size_t c = 0; c < r->size; c++)
+            r->body->y[c] = r->base[c] + r->stride * r->motion[c] +
+                            fmin(r->stride, r->length) * r->direction[c];
+        if (r->stride == 1)
+            pd_place_prescribed(r->body, prescribed);
+        const pd_status status = evaluate(r);
+        if (!may_shorten(r, status, cuts))
+            return status;
+        r->stride *= SHORTER;
+    }
+}
+
 /* See docs/relaxation.md. */
-static double residual_of(pd_relaxation *r)
+static double residual_of(pd_relaxation *r, bool remember)
 {
     const pd_body *b = r->body;
     const int d = b->options.dimension;
-    double unbalance = 0, loads = 0, reactions = 0, rounding = 0, farthest = 0;
+    double unbalance = 0, loads = 0, reactions = 0;
     for (pd_local p = 0; p < b->n_moving; p++)
         for (int a = 0; a < d; a++) {
             const size_t c = (size_t)p * d + a;
             const double load = b->load ? b->volume[p] * b->load[c] : 0;
             const double force = r->internal[c] + load;
-            farthest = fmax(farthest, fabs(b->y[c]));
-            rounding += r->smooth.stiffness[p] * r->smooth.stiffness[p];
             if (pd_is_prescribed(b, p, a)) {
                 reactions += force * force;
                 continue;
@@ -282,25 +350,41 @@ static double residual_of(pd_relaxation *r)
             loads += load * load;
         }
     unbalance = sqrt(unbalance);
-    r->largest_unbalance = fmax(r->largest_unbalance, unbalance);
-    if (unbalance <= ROUNDING * farthest * sqrt(rounding))
+    if (remember)
+        r->remembered = fmax(r->remembered, unbalance);
+    if (unbalance <= r->noise)
         return 0;
-    return unbalance /
-           (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->largest_unbalance);
+    return unbalance / (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->remembered);
+}
+
+static pd_status start(pd_relaxation *r)
+{
+    if (r->started)
+        return pd_status_ok();
+    PD_TRY(evaluate(r));
+    residual_of(r, true);
+    r->started = true;
+    return pd_status_ok();
 }
 
 pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
                              double *residual)
 {
     PD_TRY(pd_prescribe(r->body, prescribed));
-    if (!r->started)
-        PD_TRY(evaluate(r));
-    r->started = true;
+    PD_TRY(start(r));
+    adopt(r);
     const bool driven = drive(r, prescribed);
-    if (!r->searching)
+    if (driven || !r->searching)
         choose(r);
-    PD_TRY(advance(r, prescribed));
-    conclude(r, driven);
-    *residual = residual_of(r);
+    if (driven) {
+        PD_TRY(follow(r, prescribed));
+        *residual = fmax(residual_of(r, true), r->stride < 1 ? 1 : 0);
+        r->failures = r->stride < 1 ? r->failures : 0;
+        r->stride = r->stride < 1. / 3 ? 2 * r->stride / (1 - r->stride) : 1;
+    } else {
+        PD_TRY(search(r, prescribed));
+        conclude(r);
+        *residual = residual_of(r, false);
+    }
     return pd_status_ok();
 }

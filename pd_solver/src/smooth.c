@@ -100,7 +100,8 @@ pd_status pd_smooth_create(const pd_body *b, pd_smooth *s)
     s->stiffness = malloc((n + 1) * sizeof *s->stiffness);
     s->soft = malloc((s->n_nodes * d + 1) * sizeof *s->soft);
     s->value = malloc((s->n_nodes * d + 1) * sizeof *s->value);
-    if (!s->stiffness || !s->soft || !s->value)
+    s->weight = malloc((s->n_nodes * d + 1) * sizeof *s->weight);
+    if (!s->stiffness || !s->soft || !s->value || !s->weight)
         return pd_status_fail(PD_NO_MEMORY, -1, "grids of %zu nodes", s->n_nodes);
     b->options.formulation->frequency(b, s->stiffness);
     for (size_t p = 0; p < n; p++)
@@ -114,6 +115,7 @@ void pd_smooth_free(pd_smooth *s)
     free(s->stiffness);
     free(s->soft);
     free(s->value);
+    free(s->weight);
 }
 
 /* ---- from points to nodes and back ---- */
@@ -283,4 +285,94 @@ void pd_smooth_apply(pd_smooth *s, double *f)
         apply(2, s, f);
     else
         apply(3, s, f);
+}
+
+/* ---- continuation ----
+ *
+ * Means of what is known are carried to coarser nodes; on the way back nodes that know
+ * little take over what the coarser ones around them say. */
+
+/* Divide the sums of a level by their weights, which count to 1 at most. */
+static void average(pd_smooth *s, const pd_level *l)
+{
+    const size_t d = (size_t)s->body->options.dimension;
+    for (size_t c = l->first * d; c < (l->first + nodes_of((int)d, l)) * d; c++) {
+        s->value[c] = s->weight[c] > 0 ? s->value[c] / s->weight[c] : 0;
+        s->weight[c] = fmin(s->weight[c], 1);
+    }
+}
+
+static void gather_known(pd_smooth *s, const double *u)
+{
+    const pd_body *b = s->body;
+    const int d = b->options.dimension;
+    size_t node[8];
+    double share[8];
+    memset(s->value, 0, s->n_nodes * (size_t)d * sizeof *s->value);
+    memset(s->weight, 0, s->n_nodes * (size_t)d * sizeof *s->weight);
+    for (pd_local p = 0; p < b->n_active; p++) {
+        const bool held = p >= b->n_moving;
+        const int n = around(d, s, &s->level[0], b->X + (size_t)p * d, node, share);
+        for (int a = 0; a < d; a++)
+            if (held || pd_is_prescribed(b, p, a))
+                for (int k = 0; k < n; k++) {
+                    const size_t c = node[k] * (size_t)d + (size_t)a;
+                    s->weight[c] += share[k];
+                    s->value[c] += held ? 0 : share[k] * u[(size_t)p * d + a];
+                }
+    }
+    average(s, &s->level[0]);
+}
+
+static void carry_up(pd_smooth *s, const pd_level *l)
+{
+    const size_t d = (size_t)s->body->options.dimension;
+    size_t node[8];
+    double share[8];
+    for (size_t k = 0; k < nodes_of((int)d, l); k++) {
+        const size_t c = (l->first + k) * d;
+        const int n = above((int)d, l, k, node, share);
+        for (int i = 0; i < n; i++)
+            for (size_t a = 0; a < d; a++) {
+                s->weight[node[i] * d + a] += share[i] * s->weight[c + a];
+                s->value[node[i] * d + a] +=
+                    share[i] * s->weight[c + a] * s->value[c + a];
+            }
+    }
+    average(s, l + 1);
+}
+
+static void carry_down(pd_smooth *s, const pd_level *l)
+{
+    const size_t d = (size_t)s->body->options.dimension;
+    size_t node[8];
+    double share[8];
+    for (size_t k = 0; k < nodes_of((int)d, l); k++) {
+        const size_t c = (l->first + k) * d;
+        const int n = above((int)d, l, k, node, share);
+        double coarse[3] = {0};
+        take((int)d, n, node, share, s->value, coarse);
+        for (size_t a = 0; a < d; a++)
+            s->value[c + a] += (1 - s->weight[c + a]) * (coarse[a] - s->value[c + a]);
+    }
+}
+
+void pd_smooth_extend(pd_smooth *s, double *u)
+{
+    const pd_body *b = s->body;
+    const int d = b->options.dimension;
+    gather_known(s, u);
+    for (int l = 0; l + 1 < s->n_levels; l++)
+        carry_up(s, &s->level[l]);
+    for (int l = s->n_levels - 2; l >= 0; l--)
+        carry_down(s, &s->level[l]);
+    for (pd_local p = 0; p < b->n_moving; p++) {
+        size_t node[8];
+        double share[8], moved[3] = {0};
+        const int n = around(d, s, &s->level[0], b->X + (size_t)p * d, node, share);
+        take(d, n, node, share, s->value, moved);
+        for (int a = 0; a < d; a++)
+            if (!pd_is_prescribed(b, p, a))
+                u[(size_t)p * d + a] = moved[a];
+    }
 }

@@ -24,8 +24,8 @@ typedef struct {
     int n_levels;
     size_t n_nodes; /* of all levels */
     pd_level level[PD_LEVELS];
-    double *soft;  /* [nodes][d] inverse of the stiffness of hats, m/N; 0: fixed */
-    double *value; /* [nodes][d] work */
+    double *soft; /* [nodes][d] inverse of the stiffness of hats, m/N; 0: fixed */
+    double *value, *weight; /* [nodes][d] work */
 } pd_smooth;
 
 /* Errors: PD_NO_MEMORY. Followed by pd_smooth_free, also then. */
@@ -38,5 +38,9 @@ void pd_smooth_fix(pd_smooth *s);
 /* Replace forces f[n_moving][d] (N) by displacements (m), about the inverse of the
  * stiffness times them; 0 where prescribed. */
 void pd_smooth_apply(pd_smooth *s, double *f);
+
+/* Continue displacements u[n_moving][d] (m) from prescribed components, and from held
+ * points, which do not move, to the free components. */
+void pd_smooth_extend(pd_smooth *s, double *u);
 
 #endif

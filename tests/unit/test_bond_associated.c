@@ -236,7 +236,7 @@ static affine some_flow(int d)
 static void strain(const sample *s)
 {
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
-    body_move(s->body, move_in_waves, &amplitude);
+    body_place(s->body, move_in_waves, &amplitude);
     set_velocities(s, waves, &speed);
     step(s, 1, 0.5);
     set_velocities(s, ripples, &speed);
@@ -391,7 +391,7 @@ static void check_reference(const kind *k)
     reference_bonds *reference = reference_of(&s);
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
     const affine flows = some_flow(k->d);
-    body_move(s.body, move_in_waves, &amplitude);
+    body_place(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0.5, rounding_of_order[k->order]);
     set_velocities(&s, flow, &flows);
@@ -426,7 +426,7 @@ static void check_power(const kind *k)
     sample s = scattered_sample(k);
     reference_bonds *reference = reference_of(&s);
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
-    body_move(s.body, move_in_waves, &amplitude);
+    body_place(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0, rounding_of_order[k->order]);
     set_velocities(&s, waves, &speed); /* onwards */

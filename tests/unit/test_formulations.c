@@ -58,6 +58,8 @@ static int make_body(void **state)
     s->options.material = s->material;
     for (int k = 0; k < s->material->n_parameters; k++)
         s->options.parameters[k] = some_value(&s->material->parameters[k]);
+    for (int k = 0; k < s->formulation->n_parameters; k++)
+        s->options.formulation_parameters[k] = s->formulation->parameters[k].standard;
     s->body = body_of(&s->cloud, &s->options);
     s->view = pd_body_fields(s->body);
     const double c = pd_body_wave_speed(s->body);
@@ -73,10 +75,13 @@ static int free_body(void **state)
     return 0;
 }
 
+/* Moments of second order, which rate forms invert, are worse conditioned at corners than
+ * K by another factor of ten or so. */
 static void assert_no_force(const sample *s)
 {
     const size_t numbers = (size_t)s->view.n_owned * (size_t)s->d;
-    assert_near(largest(s->view.force, numbers), 0, ROUNDING * s->force_scale);
+    const double rounding = pd_body_has_history(s->body) ? 20 * ROUNDING : ROUNDING;
+    assert_near(largest(s->view.force, numbers), 0, rounding * s->force_scale);
 }
 
 static double sum_of_volumes(const sample *s)
@@ -115,6 +120,11 @@ static void rotation_is_free_of_force_and_volume_change(void **state)
     assert_no_force(s);
     for (pd_local p = 0; p < s->view.n_owned; p++)
         assert_near(s->view.J[p], 1, ROUNDING);
+}
+
+static bool has_energy(const sample *s)
+{
+    return s->formulation->energy;
 }
 
 static void rotation_costs_no_energy(void **state)
@@ -231,17 +241,6 @@ static void couples_sum_to_nothing(void **state)
     for (int a = 0; a < s->d; a++)
         assert_near(couple(s, a, (a + 1) % s->d), 0,
                     ROUNDING * s->force_scale * sum_of_volumes(s));
-}
-
-/* Rate forms come to their stress by steps; tests of their own make some. */
-static bool follows_positions(const sample *s)
-{
-    return !s->formulation->advance;
-}
-
-static bool has_energy(const sample *s)
-{
-    return s->formulation->energy;
 }
 
 static double energy_at(const sample *s, size_t component, double value)
@@ -395,6 +394,8 @@ static void torn_body_agrees_with_reference(void **state)
     sample *s = *state;
     pd_body_destroy(s->body);
     s->options.critical_stretch = 1.4;
+    for (int k = 0; k < s->formulation->n_parameters; k++)
+        s->options.formulation_parameters[k] = s->formulation->parameters[k].standard;
     s->body = body_of(&s->cloud, &s->options);
     s->view = pd_body_fields(s->body);
     reference_body *reference = reference_of(s);
@@ -434,8 +435,8 @@ static const check checks[] = {
      energy_of_affine_map_is_density_times_volume, corresponds},
     {"interior of affine map is balanced", interior_of_affine_map_is_balanced,
      is_lattice},
-    {"forces sum to nothing", forces_sum_to_nothing, follows_positions},
-    {"couples sum to nothing", couples_sum_to_nothing, follows_positions},
+    {"forces sum to nothing", forces_sum_to_nothing, NULL},
+    {"couples sum to nothing", couples_sum_to_nothing, NULL},
     {"force is minus the derivative of the energy",
      force_is_minus_the_derivative_of_the_energy, has_energy},
     {"mirror image has mirrored forces", mirror_image_has_mirrored_forces, NULL},
