@@ -8,8 +8,8 @@
 .SUFFIXES:
 MAKEFLAGS += --no-builtin-rules
 
-.PHONY: all library adapter applications bootstrap pictures test demo validate format check-format \
-        clean distclean help force
+.PHONY: all library adapter applications bootstrap pictures test demo validate bench \
+        bench-programs bench-tools format check-format clean distclean help force
 all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
@@ -67,11 +67,17 @@ UNIT_TESTS = \
     test_relaxation \
     test_traps
 
+# One program each, pd_solver/bench/<name>.c.
+BENCHES = \
+    bench_forces \
+    bench_machine
+
 # --- OpenFOAM ---------------------------------------------------------------------------
 
 # FOAM_SRC, FOAM_LIB, FOAM_API and FOAM_FLAGS are scripts/bootstrap's. Make builds the file
 # if a target needs it, also after another OpenFOAM environment has been sourced.
-without_foam := library bootstrap pictures format check-format clean distclean help
+without_foam := library bootstrap pictures bench bench-programs bench-tools format \
+    check-format clean distclean help
 ifneq ($(filter-out $(without_foam),$(or $(MAKECMDGOALS),all)),)
 include .cache/openfoam.mk
 ifneq ($(FOAM_ENVIRONMENT),$(or $(WM_PROJECT_DIR),/usr/share/openfoam):$(WM_OPTIONS))
@@ -229,6 +235,22 @@ test: all $(UNIT_PROGRAMS) $(TEST_APPLICATIONS)
 	@rm -f $(filter-out $(UNIT_PROGRAMS),$(wildcard build/tests/*))
 	@tests/run $(FILTER)
 
+# --- benchmarks -------------------------------------------------------------------------
+
+BENCH_PROGRAMS = $(BENCHES:%=build/bench/%)
+BENCH_OBJECTS = $(BENCHES:%=build/objects/pd_solver/bench/%.o)
+
+.SECONDARY: $(BENCH_OBJECTS)
+
+build/bench/%: build/objects/pd_solver/bench/%.o lib/libpd.a
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CC) -o $@ $< lib/libpd.a $(LDFLAGS_EXTRA) $(PD_LIBS)
+
+bench-programs: $(BENCH_PROGRAMS)
+
+bench: bench-programs bench-tools
+	scripts/bench --write $(SIZE:%=--size %)
+
 # --- cases ------------------------------------------------------------------------------
 
 demo: all pictures
@@ -244,6 +266,9 @@ bootstrap:
 
 pictures:
 	@scripts/bootstrap build pictures
+
+bench-tools:
+	@scripts/bootstrap build bench
 
 # <options of clang-format>: our C files, those that git does not know yet too. C++ keeps the
 # layout of OpenFOAM, which clang-format cannot express.
@@ -277,6 +302,7 @@ help:
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
 	@echo 'make demo            one coupled case, from the mesh to the pictures'
 	@echo 'make validate        the elastic band against its reference'
+	@echo 'make bench           how fast forces are: docs/bench.md; SIZE=small is quicker'
 	@echo 'make format          lay out the sources with clang-format'
 	@echo 'make check-format    fail if that would change them'
 	@echo 'make clean           remove build, lib and bin'
@@ -285,4 +311,4 @@ help:
 	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
 
 -include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECT:.o=.d) \
-    $(UNIT_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)
+    $(UNIT_OBJECTS:.o=.d) $(BENCH_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)

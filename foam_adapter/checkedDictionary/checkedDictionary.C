@@ -226,6 +226,10 @@ string valueOf(const entry& e)
 
 string listed(const wordList& words)
 {
+    if (words.empty())
+    {
+        return "(none)";
+    }
     OStringStream os;
     forAll(words, i)
     {

@@ -102,30 +102,27 @@ pd_status Foam::periFoam::solidBody::relax
 )
 {
     setMotions(time);
+    const pd_prescribed motions(prescribed());
     pd_status status = setLoads(time);
     pd_relaxation* state = nullptr;
     if (status.code == PD_OK)
     {
         status = pd_relaxation_create(body_, &state);
     }
-    const pd_prescribed motions(prescribed());
     r.residual = GREAT;
-    for
+    r.iterations = 0;
+    while
     (
-        r.iterations = 0;
         status.code == PD_OK
      && r.residual > r.tolerance
-     && r.iterations < r.maxIterations;
-        ++r.iterations
+     && r.iterations < r.maxIterations
     )
     {
+        ++r.iterations;
         status = pd_relaxation_step(state, &motions, &r.residual);
         told(r);
     }
-    if (state)
-    {
-        pd_relaxation_destroy(state);
-    }
+    pd_relaxation_destroy(state);
     return status;
 }
 

@@ -204,6 +204,15 @@ void Foam::periFoam::solidBody::readMaterial(pd_body_options& o) const
             names.append((*m)->name);
         }
     }
+    if (names.empty())
+    {
+        dict_.refuse
+        (
+            o.plane == PD_PLANE_STRESS ? "plane" : "formulation",
+            "no material works with " + word(o.formulation->name) + " there;"
+            " allowed: another plane, or another formulation"
+        );
+    }
     const checkedDictionary dict(dict_.sub("material"));
     o.material = pd_material_find(dict.choice("type", names).c_str());
     for (int k = 0; k < o.material->n_parameters; ++k)
@@ -504,7 +513,10 @@ void Foam::periFoam::solidBody::readMotions
                 OStringStream os;
                 os  << "cell " << celli << " at " << solid.cellCentres()[celli]
                     << " is held; allowed: cells that no hold holds";
-                dict.refuse(dict.found("patch") ? "patch" : "cellZone", os.str());
+                dict.refuse
+                (
+                    dict.found("patch") ? "patch" : "cellZone", os.str()
+                );
             }
         }
         m->setPoints(labelUIndList(pointOfCell, cells)());

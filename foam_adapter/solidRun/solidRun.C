@@ -359,6 +359,7 @@ Foam::periFoam::solidRun::solidRun(Time& time)
         {
             checkStep();
         }
+        setDeltaT(); // before the first run(), which compares it with endTime
     }
     else
     {

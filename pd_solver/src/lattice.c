@@ -94,6 +94,8 @@ static int list_offsets(const pd_lattice *l, double ratio, pd_offset *offset)
                     offset[n] = (pd_offset){
                         .plane = slow + (l->d > 1 ? r : 0),
                         .cell = (int32_t)(row * l->row) + x,
+                        .rows = row,
+                        .along = x,
                         .xi = {x * l->step, y * l->step, z * l->step},
                         .length = sqrt(square) * l->step,
                         .inverse = 1 / (sqrt(square) * l->step),
@@ -104,14 +106,14 @@ static int list_offsets(const pd_lattice *l, double ratio, pd_offset *offset)
     return n;
 }
 
-/* Cells of the padded box: a chunk at the end of a row may look a vector further. */
+/* Cells of the padded box: a chunk at the end of a row may look a vector further. A row
+ * is an odd number of cache lines: rows a power of two apart would meet in the same few.
+ */
 static void lay_out(pd_lattice *l)
 {
-    l->row = l->count[0] + 2 * l->reach + PD_LANES;
+    const int64_t lines = (l->count[0] + 2 * l->reach) / PD_LANES + 2;
+    l->row = PD_LANES * (lines | 1);
     l->plane = l->d == 3 ? l->row * (l->count[1] + 2 * l->reach) : l->row;
-    /* Planes a power of two apart would meet in the same few lines of a cache. */
-    if (l->plane >= 512)
-        l->plane = (l->plane + 511) / 512 * 512 + 40;
     l->planes = l->d == 1 ? 1 : l->count[l->d - 1];
 }
 
@@ -179,6 +181,15 @@ static int64_t cell_of(const pd_lattice *l, const double *X, int32_t *cell)
     return l->d == 1 ? 0 : index[l->d - 1];
 }
 
+static pd_chunk chunk_at(const pd_lattice *l, pd_local p, int32_t cell)
+{
+    return (pd_chunk){.point = p,
+                      .cell = cell,
+                      .row = (int32_t)(cell / l->row),
+                      .x = (int32_t)(cell % l->row),
+                      .count = 1};
+}
+
 /* Chunks of the regular points, which are in order of their cells. */
 static pd_status chunk_regular(pd_body *b)
 {
@@ -200,7 +211,7 @@ static pd_status chunk_regular(pd_body *b)
             last->count++;
             continue;
         }
-        chunks->chunk[n++] = (pd_chunk){.point = p, .cell = cell, .count = 1};
+        chunks->chunk[n++] = chunk_at(l, p, cell);
         chunks->first[plane + 1] = n;
         last_plane = plane;
     }
@@ -231,8 +242,7 @@ static pd_status place_others(pd_body *b)
         chunks->first[z + 1] += chunks->first[z];
     for (pd_local p = b->n_regular; p < b->n_active; p++) {
         const int64_t z = cell_of(l, b->X + (size_t)p * d, &cell);
-        chunks->chunk[chunks->first[z + 1]++] =
-            (pd_chunk){.point = p, .cell = cell, .count = 1};
+        chunks->chunk[chunks->first[z + 1]++] = chunk_at(l, p, cell);
         l->at[z * l->plane + cell] = p;
     }
     return pd_status_ok();
@@ -373,43 +383,51 @@ pd_status pd_lattice_weigh(pd_body *b, pd_weigh *weigh, const void *context)
 
 pd_status pd_ring_create(const pd_lattice *l, int components, int slots, pd_ring *ring)
 {
-    *ring = (pd_ring){
-        .components = components, .slots = slots, .plane = l->plane, .planes = l->planes};
-    const size_t size = (size_t)(components * l->plane);
-    ring->data = calloc((size_t)ring->slots * size, sizeof *ring->data);
+    *ring = (pd_ring){.components = components,
+                      .slots = slots,
+                      .stride = components * l->row,
+                      .plane = components * l->plane,
+                      .planes = l->planes};
+    const size_t size = (size_t)ring->plane;
+    ring->shift = malloc((size_t)l->n_offsets * sizeof *ring->shift);
+    ring->data = calloc((size_t)slots * size, sizeof *ring->data);
     ring->nothing = calloc(size, sizeof *ring->nothing);
-    if (!ring->data || !ring->nothing)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d planes of %zu numbers", ring->slots,
-                              size);
+    if (!ring->shift || !ring->data || !ring->nothing)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d planes of %zu numbers", slots, size);
+    for (int k = 0; k < l->n_offsets; k++)
+        ring->shift[k] = l->offset[k].rows * ring->stride + l->offset[k].along;
     return pd_status_ok();
 }
 
 void pd_ring_free(pd_ring *ring)
 {
+    free(ring->shift);
     free(ring->data);
     free(ring->nothing);
     *ring = (pd_ring){0};
 }
 
-/* Put the d components of `count` points, [count][d], into cells, [d][plane]. */
+/* Put the d components of `count` points, [count][d], into cells, [d][row]. */
 PD_INLINE void scatter(const int d, int count, const double *from, double *to,
-                       int64_t plane)
+                       int64_t row)
 {
     for (int c = 0; c < d; c++)
         for (int q = 0; q < count; q++)
-            to[c * plane + q] = from[q * d + c];
+            to[c * row + q] = from[q * d + c];
 }
 
-PD_INLINE void fill_plane(const int d, const pd_chunks *chunks, int64_t z,
-                          const double *field, double *to, int64_t plane)
+PD_INLINE void fill_plane(const int d, const pd_lattice *l, const pd_chunks *chunks,
+                          int64_t z, const double *field, const pd_ring *ring)
 {
+    double *plane = ring_plane(ring, z);
     for (int64_t m = chunks->first[z]; m < chunks->first[z + 1]; m++) {
         const pd_chunk *c = &chunks->chunk[m];
         const double *from = field + (size_t)c->point * (size_t)d;
+        double *to = plane + ring_cell(ring, c);
         if (c->count == PD_LANES) /* the count is a constant here */
-            scatter(d, PD_LANES, from, to + c->cell, plane);
+            scatter(d, PD_LANES, from, to, l->row);
         else
-            scatter(d, c->count, from, to + c->cell, plane);
+            scatter(d, c->count, from, to, l->row);
     }
 }
 
@@ -419,13 +437,12 @@ void pd_ring_fill(int d, const pd_body *b, int64_t z, const double *field,
     const pd_lattice *l = b->lattice;
     if (z < 0 || z >= l->planes)
         return;
-    double *to = ring_plane(ring, z);
     const pd_chunks *kinds[] = {&l->regular, &l->other};
     for (int k = 0; k < 2; k++)
         if (d == 1)
-            fill_plane(1, kinds[k], z, field, to, l->plane);
+            fill_plane(1, l, kinds[k], z, field, ring);
         else if (d == 2)
-            fill_plane(2, kinds[k], z, field, to, l->plane);
+            fill_plane(2, l, kinds[k], z, field, ring);
         else
-            fill_plane(3, kinds[k], z, field, to, l->plane);
+            fill_plane(3, l, kinds[k], z, field, ring);
 }

@@ -13,21 +13,22 @@ void PD_FOR_THIS_SET(pd_lattice_bond)(pd_body *b);
 /* Force densities of the lanes of a chunk from `part` on, the planes around it being in
  * `around`; is some bond that bears force longer than s_c |xi|? */
 PD_INLINE bool part_force(const int d, const bool breaks, const bool own,
-                          const pd_lattice *l, const pd_chunk *c, int part,
-                          const double *const *around, double s_c2,
+                          const pd_lattice *l, const pd_ring *ring, const pd_chunk *c,
+                          int part, const double *const *around, double s_c2,
                           double (*force)[PD_LANES])
 {
-    const double *y = around[d > 1 ? l->reach : 0] + c->cell + part;
+    const int64_t cell = ring_cell(ring, c) + part;
+    const double *y = around[d > 1 ? l->reach : 0] + cell;
     lanes here[3], f[3] = {{0}};
     lane_bits over = {0};
     for (int a = 0; a < d; a++)
-        here[a] = PD_LOAD(y + a * l->plane);
+        here[a] = PD_LOAD(y + a * l->row);
     for (int k = 0; k < l->n_offsets; k++) {
         const pd_offset *o = &l->offset[k];
-        const double *there = around[o->plane] + c->cell + part + o->cell;
+        const double *there = around[o->plane] + cell + ring->shift[k];
         lanes Y[3], square = {0}, weight = {0};
         for (int a = 0; a < d; a++) {
-            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
+            Y[a] = PD_LOAD(there + a * l->row) - here[a];
             square += Y[a] * Y[a];
         }
         lanes t = o->inverse - reciprocal_root(square);
@@ -50,13 +51,13 @@ PD_INLINE bool part_force(const int d, const bool breaks, const bool own,
 }
 
 PD_INLINE bool chunk_force(const int d, const bool breaks, const bool own,
-                           const pd_lattice *l, const pd_chunk *c,
+                           const pd_lattice *l, const pd_ring *ring, const pd_chunk *c,
                            const double *const *around, double s_c2,
                            double (*force)[PD_LANES])
 {
     bool over = false;
     for (int part = 0; part < c->count; part += PD_WIDTH)
-        over |= part_force(d, breaks, own, l, c, part, around, s_c2, force);
+        over |= part_force(d, breaks, own, l, ring, c, part, around, s_c2, force);
     return over;
 }
 
@@ -66,9 +67,9 @@ PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_
     const pd_lattice *l = b->lattice;
     double f[3][PD_LANES];
     for (bool again = true; again;) {
-        const bool over = c->weight
-                              ? chunk_force(d, breaks, true, l, c, around, s_c2, f)
-                              : chunk_force(d, breaks, false, l, c, around, s_c2, f);
+        const bool over =
+            c->weight ? chunk_force(d, breaks, true, l, b->own, c, around, s_c2, f)
+                      : chunk_force(d, breaks, false, l, b->own, c, around, s_c2, f);
         again = over && pd_damage_break_chunk(b, z, c, s_c2);
     }
     double *force = b->force + (size_t)c->point * d;

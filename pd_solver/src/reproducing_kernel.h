@@ -21,6 +21,9 @@
 #define LANES 4
 typedef double lanes[LANES];
 
+/* The compiler's own limit would leave the degree of a monomial to run time. */
+#define UNROLLED _Pragma("GCC unroll 32")
+
 enum { LARGEST_ORDER = 3, MOST_TERMS = 19, MOST_MOMENTS = 80, MOST_OF_A_DEGREE = 28 };
 
 /* What a monomial adds to those before it, as the share of its square that they leave:
@@ -62,9 +65,11 @@ PD_INLINE void raise(const int d, const int degree, lanes *x, lanes *m)
     const int lower = of_degree(d, degree - 1), all = of_degree(d, degree);
     for (int l = 0; l < LANES; l++)
         m[all - 1][l] = m[lower - 1][l] * x[d - 1][l];
+    UNROLLED
     for (int e = 0; d == 3 && e < degree; e++)
         for (int l = 0; l < LANES; l++)
             m[lower + e][l] = m[lower - degree + e][l] * x[1][l];
+    UNROLLED
     for (int e = 0; e < lower; e++)
         for (int l = 0; l < LANES; l++)
             m[e][l] *= x[0][l];
@@ -81,8 +86,10 @@ PD_INLINE void add_moments(const int d, const int n, lanes *x, const double *w,
         for (int l = 0; l < LANES; l++)
             m[a][l] = w[l] * x[a][l];
     int at = 0;
+    UNROLLED
     for (int degree = 2; degree <= 2 * n; degree++) {
         raise(d, degree, x, m);
+        UNROLLED
         for (int e = 0; e < of_degree(d, degree); e++, at++)
             for (int l = 0; l < LANES; l++)
                 moment[at][l] += m[e][l];
@@ -186,7 +193,7 @@ PD_INLINE void solve_rows(const int d, const int N, const int terms, const doubl
 PD_INLINE int find_rows(const int d, const int n, lanes *moment, double *R)
 {
     const int N = up_to_degree(d, n);
-    double M[MOST_TERMS * MOST_TERMS];
+    double M[MOST_TERMS * MOST_TERMS]; /* above the diagonal nothing is set or read */
     fill_matrix(d, n, moment, M);
     const int terms = spans_space(d, N, M) ? factorise(d, n, M) : 0;
     if (terms == N)
@@ -214,9 +221,11 @@ PD_INLINE void apply_rows(const int d, const int n, const double *R, lanes *x,
         for (int l = 0; l < LANES; l++)
             m[a][l] = x[a][l], result[a][l] = 0;
     int at = 0;
+    UNROLLED
     for (int degree = 1; degree <= n; degree++) {
         if (degree > 1)
             raise(d, degree, x, m);
+        UNROLLED
         for (int e = 0; e < of_degree(d, degree); e++, at++)
             for (int a = 0; a < d; a++)
                 for (int l = 0; l < LANES; l++)

@@ -198,8 +198,9 @@ static inline void move_in_waves(const double *X, const void *context, double *y
     y[2] = X[2] + amplitude * (sin(b) + 0.3 * cos(2 * a));
 }
 
-/* Put all points, held ones too, where the motion takes them. */
-static inline void body_move(pd_body *body, motion move, const void *context)
+/* Where the motion takes all points, held ones too: target[n_local][d]. */
+static inline void targets_of(const pd_body *body, motion move, const void *context,
+                              double *target)
 {
     const pd_body_view view = pd_body_fields(body);
     const size_t d = (size_t)view.dimension;
@@ -207,8 +208,31 @@ static inline void body_move(pd_body *body, motion move, const void *context)
         double X[3] = {0}, y[3];
         memcpy(X, view.X + p * d, d * sizeof *X);
         move(X, context, y);
-        memcpy(view.y + p * d, y, d * sizeof *y);
+        memcpy(target + p * d, y, d * sizeof *y);
     }
+}
+
+/* Put all points there; no history hears of it. */
+static inline void body_place(pd_body *body, motion move, const void *context)
+{
+    targets_of(body, move, context, pd_body_fields(body).y);
+}
+
+/* The same; a body with a history goes there in one step of a second. */
+static inline void body_move(pd_body *body, motion move, const void *context)
+{
+    const pd_body_view view = pd_body_fields(body);
+    const size_t d = (size_t)view.dimension, n = (size_t)view.n_local;
+    double *target = malloc(n * d * sizeof *target);
+    targets_of(body, move, context, target);
+    if (pd_body_has_history(body)) {
+        assert_ok(pd_body_forces(body));
+        for (size_t c = 0; c < (size_t)view.n_owned * d; c++)
+            view.v[c] = target[c] - view.y[c];
+        assert_ok(pd_body_advance(body, 1, 0));
+    }
+    memcpy(view.y, target, n * d * sizeof *target);
+    free(target);
 }
 
 static inline void body_map(pd_body *body, const affine *map)

@@ -7,12 +7,14 @@
 #define _GNU_SOURCE /* feenableexcept */
 #include <fenv.h>
 
-#include "body.h"
+#include "damage.h"
 #include "lattice.h"
 #include "tensor.h"
 #include "../reference/reference_bond_associated.h"
 
 #define SPACING 0.05 /* m */
+
+enum { FAMILY = 400 }; /* most bonds of a point */
 
 /* Sums over families lose about 1e-14; moment matrices of jittered families and corners a
  * factor of up to 1e3 at order 2, 1e5 at order 3, where monomials are less distinct. */
@@ -26,7 +28,8 @@ static const pd_parameter moduli[] = {
 };
 enum { LAMBDA, MU };
 
-static void give_moduli(const double *parameters, double *bulk, double *shear)
+static void give_moduli(const double *parameters, int d, pd_plane plane, double *bulk,
+                        double *shear)
 {
     *bulk = parameters[LAMBDA] + 2. / 3 * parameters[MU];
     *shear = parameters[MU];
@@ -233,7 +236,7 @@ static affine some_flow(int d)
 static void strain(const sample *s)
 {
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
-    body_move(s->body, move_in_waves, &amplitude);
+    body_place(s->body, move_in_waves, &amplitude);
     set_velocities(s, waves, &speed);
     step(s, 1, 0.5);
     set_velocities(s, ripples, &speed);
@@ -388,7 +391,7 @@ static void check_reference(const kind *k)
     reference_bonds *reference = reference_of(&s);
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
     const affine flows = some_flow(k->d);
-    body_move(s.body, move_in_waves, &amplitude);
+    body_place(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0.5, rounding_of_order[k->order]);
     set_velocities(&s, flow, &flows);
@@ -423,7 +426,7 @@ static void check_power(const kind *k)
     sample s = scattered_sample(k);
     reference_bonds *reference = reference_of(&s);
     const double amplitude = 0.05 * SPACING, speed = 0.06 * SPACING;
-    body_move(s.body, move_in_waves, &amplitude);
+    body_place(s.body, move_in_waves, &amplitude);
     set_velocities(&s, waves, &speed);
     step_both(&s, reference, 0, rounding_of_order[k->order]);
     set_velocities(&s, waves, &speed); /* onwards */
@@ -441,32 +444,78 @@ static void power_of_forces_is_the_stress_power(void **state)
     for_every_kind(check_power);
 }
 
-static void check_balances(const kind *k)
+static void assert_balanced(const sample *s, int order)
 {
-    sample s = scattered_sample(k);
-    strain(&s);
-    const int d = k->d;
+    const int d = s->options.dimension;
     const double tolerance =
-        rounding_of_order[k->order] * s.force_scale * sum_of_volumes(&s);
-    assert_true(largest(s.view.force, (size_t)(s.view.n_owned * d)) >
-                1e-3 * s.force_scale);
+        rounding_of_order[order] * s->force_scale * sum_of_volumes(s);
+    assert_true(largest(s->view.force, (size_t)(s->view.n_owned * d)) >
+                1e-3 * s->force_scale);
     for (int a = 0; a < d; a++) {
         double force = 0, couple = 0;
         const int b = (a + 1) % d;
-        for (pd_local p = 0; p < s.view.n_owned; p++) {
-            const double *y = s.view.y + p * d, *f = s.view.force + p * d;
-            force += s.view.volume[p] * f[a];
-            couple += s.view.volume[p] * (y[a] * f[b] - y[b] * f[a]);
+        for (pd_local p = 0; p < s->view.n_owned; p++) {
+            const double *y = s->view.y + p * d, *f = s->view.force + p * d;
+            force += s->view.volume[p] * f[a];
+            couple += s->view.volume[p] * (y[a] * f[b] - y[b] * f[a]);
         }
         assert_near(force, 0, tolerance);
         assert_near(couple, 0, tolerance);
     }
+}
+
+static void check_balances(const kind *k)
+{
+    sample s = scattered_sample(k);
+    strain(&s);
+    assert_balanced(&s, k->order);
     sample_free(&s);
 }
 
 static void forces_and_couples_sum_to_nothing(void **state)
 {
     for_every_kind(check_balances);
+}
+
+static void break_bond(pd_body *body, pd_local p, pd_local q)
+{
+    const pd_families *families = &body->families;
+    for (int64_t k = families->first[p]; k < families->first[p + 1]; k++)
+        if (families->neighbour[k] == q)
+            pd_damage_break(body, k);
+}
+
+/* A point of which one bond is left bears no stress; its neighbour's share of that bond
+ * pulls both. */
+static sample hanging_sample(const kind *k)
+{
+    sample s = scattered_sample(k);
+    assert_ok(pd_damage_allocate(s.body));
+    pd_local family[FAMILY];
+    const pd_local hanging = place_of(s.body, 0);
+    const pd_local count = pd_body_family(s.body, hanging, FAMILY, family);
+    for (pd_local l = 1; l < count; l++) {
+        break_bond(s.body, hanging, family[l]);
+        break_bond(s.body, family[l], hanging);
+    }
+    assert_ok(s.options.formulation->prepare(s.body));
+    assert_int_equal(pd_body_summary(s.body).singular, 1);
+    return s;
+}
+
+static void check_hanging_point(const kind *k)
+{
+    sample s = hanging_sample(k);
+    strain(&s);
+    assert_balanced(&s, k->order);
+    const double *f = s.view.force + place_of(s.body, 0) * k->d;
+    assert_true(largest(f, (size_t)k->d) > 1e-3 * s.force_scale);
+    sample_free(&s);
+}
+
+static void forces_and_couples_balance_where_a_point_hangs(void **state)
+{
+    for_every_kind(check_hanging_point);
 }
 
 /* Force densities that a very short step with a field of velocities adds, over its
@@ -498,10 +547,11 @@ static double work(const sample *s, const double *force, motion field)
 }
 
 /* Held at one end; points where the waves have brought them. */
-static sample held_sample(const kind *k)
+static sample held_sample_of(const kind *k, double lambda)
 {
     const points cloud = scattered(k);
-    const pd_body_options options = options_of_kind(k, ample(k));
+    pd_body_options options = options_of_kind(k, ample(k));
+    options.parameters[LAMBDA] = lambda;
     unsigned char *held = calloc(cloud.n, 1);
     for (size_t p = 0; p < cloud.n; p++)
         held[p] = cloud.X[3 * p] < 2 * SPACING;
@@ -515,6 +565,11 @@ static sample held_sample(const kind *k)
         memcpy(s.view.y + p * k->d, y, (size_t)k->d * sizeof *y);
     }
     return s;
+}
+
+static sample held_sample(const kind *k)
+{
+    return held_sample_of(k, 120);
 }
 
 /* Forces are the transpose of the velocity gradients, in holds too, exactly if the
@@ -676,7 +731,7 @@ static void turn_body(const sample *s, int steps, double at)
     }
 }
 
-/* Forces turn with the body and nothing else changes: hundred steps of 0.9 degrees, as
+/* Forces turn with the body and nothing else changes: thirty steps of 3 degrees, as
  * exact as one. */
 static void check_turn(const kind *k)
 {
@@ -688,7 +743,7 @@ static void check_turn(const kind *k)
         double *J = malloc(s.cloud.n * sizeof *J);
         memcpy(force, s.view.force, numbers * sizeof *force);
         memcpy(J, s.view.J, s.cloud.n * sizeof *J);
-        turn_body(&s, 100, 0.5 * halfway);
+        turn_body(&s, 30, 0.5 * halfway);
         const affine turned = rotation(k->d, acos(0.));
         const double tolerance = 100 * rounding_of_order[k->order];
         for (pd_local p = 0; p < s.view.n_owned; p++) {
@@ -787,7 +842,7 @@ static double highest_frequency(const sample *s)
 {
     const size_t numbers = (size_t)s->view.n_moving * (size_t)s->options.dimension;
     double *before = malloc(numbers * sizeof *before), highest = 0;
-    for (int n = 0; n < 60; n++) {
+    for (int n = 0; n < 40; n++) {
         const double dt = 1e-12;
         memcpy(before, s->view.force, numbers * sizeof *before);
         assert_ok(pd_body_advance(s->body, dt, 0.5));
@@ -805,23 +860,25 @@ static double highest_frequency(const sample *s)
     return highest;
 }
 
+/* The bound takes the modulus of plane waves; a volume change has more of a stiffness, up
+ * to d times as much where lambda is large. */
 static void check_frequency(const kind *k)
 {
-    sample s = held_sample(k);
-    memcpy(s.view.y, s.view.X, s.cloud.n * (size_t)k->d * sizeof *s.view.y);
-    assert_ok(pd_body_forces(s.body));
-    double *bounds = malloc((size_t)s.view.n_moving * sizeof *bounds);
-    s.options.formulation->frequency(s.body, bounds);
-    const double bound = largest(bounds, (size_t)s.view.n_moving), speed = 1;
-    set_velocities(&s, ripples, &speed);
-    const double highest = highest_frequency(&s);
-    print_message("%dD order %d %s: bound of frequency %.2f of the highest\n", k->d,
-                  k->order, k->associated ? "associated" : "plain",
-                  sqrt(bound / highest));
-    assert_true(bound >= highest);
-    assert_true(bound < 25 * highest);
-    free(bounds);
-    sample_free(&s);
+    const double lambdas[] = {1e-3, 120, 1e4};
+    for (int n = 0; n < 3; n++) {
+        sample s = held_sample_of(k, lambdas[n]);
+        memcpy(s.view.y, s.view.X, s.cloud.n * (size_t)k->d * sizeof *s.view.y);
+        assert_ok(pd_body_forces(s.body));
+        double *bounds = malloc((size_t)s.view.n_moving * sizeof *bounds);
+        s.options.formulation->frequency(s.body, bounds);
+        const double bound = largest(bounds, (size_t)s.view.n_moving), speed = 1;
+        set_velocities(&s, ripples, &speed);
+        const double highest = highest_frequency(&s);
+        assert_true(bound >= highest);
+        assert_true(bound < 16 * highest);
+        free(bounds);
+        sample_free(&s);
+    }
 }
 
 static void frequency_is_bounded(void **state)
@@ -840,10 +897,10 @@ static pd_local bonds_broken(const sample *s)
 static void assert_breaks_are_mutual(const sample *s)
 {
     for (pd_local p = 0; p < s->view.n_active; p++) {
-        const pd_local *of_p, *of_q;
-        const pd_local count = pd_body_family(s->body, p, &of_p);
+        pd_local of_p[FAMILY], of_q[FAMILY];
+        const pd_local count = pd_body_family(s->body, p, FAMILY, of_p);
         for (pd_local k = 0; k < count; k++) {
-            const pd_local there = pd_body_family(s->body, of_p[k], &of_q);
+            const pd_local there = pd_body_family(s->body, of_p[k], FAMILY, of_q);
             for (pd_local l = 0; l < there; l++)
                 if (of_q[l] == p)
                     assert_int_equal(pd_body_bond_intact(s->body, p, k),
@@ -852,22 +909,29 @@ static void assert_breaks_are_mutual(const sample *s)
     }
 }
 
-static void for_every_damage(void (*check)(const kind *, const pd_body_options *))
+typedef void (*check_damage)(const kind *k, const pd_body_options *options);
+
+/* Every criterion, at values that are reached by strains of 0.1 or so. */
+static void for_every_criterion(const kind *k, check_damage check)
 {
-    for (int d = 2; d <= 3; d++) {
-        const kind k = {d, 1, true};
-        pd_body_options options = options_of_kind(&k, 2.4);
-        options.critical_stretch = 1.12;
-        check(&k, &options);
-        options = options_of_kind(&k, 2.4);
-        options.critical_stress = (d == 2 ? 0.12 : 0.094) * 280;
-        check(&k, &options);
-        options.critical_stress = 0;
-        options.material = &straining;
-        options.sound_strain = 0.04;
-        options.failed_strain = 0.18;
-        check(&k, &options);
-    }
+    pd_body_options options = options_of_kind(k, 2.4);
+    options.critical_stretch = 1.12;
+    check(k, &options);
+    options = options_of_kind(k, 2.4);
+    options.critical_stress = (k->d == 2 ? 0.12 : 0.094) * 280;
+    check(k, &options);
+    options = options_of_kind(k, 2.4);
+    options.material = &straining;
+    options.sound_strain = 0.04;
+    options.failed_strain = 0.18;
+    check(k, &options);
+}
+
+static void for_every_damage(check_damage check)
+{
+    for (int d = 2; d <= 3; d++)
+        for (int associated = 0; associated < 2; associated++)
+            for_every_criterion(&(kind){d, 1, associated}, check);
 }
 
 /* Pulled and waved until some bonds have gone but all points keep families of order 1. */
@@ -900,16 +964,20 @@ static void check_damage_by_reference(const kind *k, const pd_body_options *opti
 
 static void damaged_body_agrees_with_reference(void **state)
 {
-    for_every_damage(check_damage_by_reference);
+    for (int d = 2; d <= 3; d++)
+        for_every_criterion(&(kind){d, 1, true}, check_damage_by_reference);
 }
 
-/* Halves drawn apart, without deforming: force through the cut. */
-static void part(const double *x, const void *speed, double *v)
+/* Halves drawn apart, neither deforming. */
+static void set_parting(const sample *s, double speed)
 {
-    v[0] = x[0] > 0.2 ? *(const double *)speed : 0;
-    v[1] = v[2] = 0;
+    const int d = s->options.dimension;
+    memset(s->view.v, 0, s->cloud.n * (size_t)d * sizeof *s->view.v);
+    for (pd_local p = 0; p < s->view.n_owned; p++)
+        s->view.v[p * d] = s->view.X[p * d] > 0.2 ? speed : 0;
 }
 
+/* Force on the half that stays. */
 static double pull_through_middle(const sample *s)
 {
     double sum = 0;
@@ -924,24 +992,24 @@ static void check_parting(const kind *k, const pd_body_options *options)
 {
     const points cloud = lattice(k->d, 8, 6, 4, SPACING);
     sample s = sample_of(&cloud, options, NULL);
-    const double speed = 0.02 * SPACING;
     double highest = 0;
     pd_local broken = 0;
     for (int n = 0; n < 300; n++) {
-        set_velocities(&s, part, &speed);
-        for (pd_local p = 0; p < s.view.n_owned; p++) /* by its place at rest */
-            s.view.v[p * k->d] = s.view.X[p * k->d] > 0.2 ? speed : 0;
+        set_parting(&s, 0.02 * SPACING);
         step(&s, 1, 0.5);
         highest = fmax(highest, pull_through_middle(&s));
         assert_true(bonds_broken(&s) >= broken); /* for good */
         broken = bonds_broken(&s);
     }
     assert_true(highest > 1e-3 * s.stress_scale * pow(4 * SPACING, k->d - 1));
-    assert_near(pull_through_middle(&s), 0,
-                1e-12 * s.stress_scale * pow(4 * SPACING, k->d - 1));
     pd_local *piece = malloc(cloud.n * sizeof *piece);
-    assert_true(pd_body_pieces(s.body, piece) > 1);
+    const bool parted = pd_body_pieces(s.body, piece) > 1;
     free(piece);
+    /* The strain of points, without association, hardly sees a bond that has decayed: it
+     * may be left with a weight of nearly nothing. */
+    const bool last_bonds_stay = !k->associated && options->failed_strain > 0;
+    assert_true(parted || last_bonds_stay);
+    assert_near(pull_through_middle(&s), 0, (last_bonds_stay ? 2e-2 : 1e-12) * highest);
     sample_free(&s);
 }
 
@@ -962,10 +1030,9 @@ static void check_protection(const kind *k, const pd_body_options *options)
     memset(protect, 1, cloud.n);
     assert_ok(pd_body_protect(s.body, protect));
     free(protect);
-    const double speed = 0.02 * SPACING;
     for (int n = 0; n < 20; n++) {
-        set_velocities(&s, part, &speed);
-        set_velocities(&t, part, &speed);
+        set_parting(&s, 0.02 * SPACING);
+        set_parting(&t, 0.02 * SPACING);
         step(&s, 1, 0.5);
         step(&t, 1, 0.5);
     }
@@ -995,7 +1062,7 @@ static void one_protected_end_protects_the_bond(void **state)
     const affine explosion = {{2, 0, 0, 0, 2, 0, 0, 0, 2}, {0}};
     body_map(s.body, &explosion);
     assert_ok(pd_body_forces(s.body));
-    const pd_local *family, of = pd_body_family(s.body, place_of(s.body, 21), &family);
+    const pd_local of = pd_body_family(s.body, place_of(s.body, 21), 0, NULL);
     const pd_summary summary = pd_body_summary(s.body);
     assert_int_equal(summary.bonds - summary.broken_bonds, of);
     assert_breaks_are_mutual(&s);
@@ -1031,8 +1098,7 @@ static void pre_cracks_part_a_body_that_cannot_break(void **state)
     sample s = sample_of(&cloud, &options, NULL);
     const pd_rectangle crack = {.corner = {0.2, -1}, .edge1 = {0, 3}};
     assert_ok(pd_body_precrack(s.body, &crack));
-    const double speed = 0.05 * SPACING;
-    set_velocities(&s, part, &speed);
+    set_parting(&s, 0.05 * SPACING);
     step(&s, 1, 0.5);
     assert_true(bonds_broken(&s) > 0);
     assert_near(largest(s.view.force, 2 * cloud.n), 0, 1e-12 * s.force_scale);
@@ -1198,6 +1264,7 @@ int main(void)
         cmocka_unit_test(body_agrees_with_reference),
         cmocka_unit_test(power_of_forces_is_the_stress_power),
         cmocka_unit_test(forces_and_couples_sum_to_nothing),
+        cmocka_unit_test(forces_and_couples_balance_where_a_point_hangs),
         cmocka_unit_test(stiffness_is_symmetric_with_holds),
         cmocka_unit_test(hold_is_where_velocities_vanish),
         cmocka_unit_test(affine_stretch_has_the_stress_of_the_rate_form),

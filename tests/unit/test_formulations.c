@@ -51,9 +51,15 @@ static int make_body(void **state)
     s->cloud = arrange(s->d, s->arrangement);
     s->options = options_of(s->d, s->d == 2 ? 3.015 : 2.015);
     s->options.formulation = s->formulation;
+    for (int k = 0; k < s->formulation->n_parameters; k++) {
+        const pd_parameter *p = &s->formulation->parameters[k];
+        s->options.formulation_parameters[k] = p->optional ? p->standard : some_value(p);
+    }
     s->options.material = s->material;
     for (int k = 0; k < s->material->n_parameters; k++)
         s->options.parameters[k] = some_value(&s->material->parameters[k]);
+    for (int k = 0; k < s->formulation->n_parameters; k++)
+        s->options.formulation_parameters[k] = s->formulation->parameters[k].standard;
     s->body = body_of(&s->cloud, &s->options);
     s->view = pd_body_fields(s->body);
     const double c = pd_body_wave_speed(s->body);
@@ -69,10 +75,13 @@ static int free_body(void **state)
     return 0;
 }
 
+/* Moments of second order, which rate forms invert, are worse conditioned at corners than
+ * K by another factor of ten or so. */
 static void assert_no_force(const sample *s)
 {
     const size_t numbers = (size_t)s->view.n_owned * (size_t)s->d;
-    assert_near(largest(s->view.force, numbers), 0, ROUNDING * s->force_scale);
+    const double rounding = pd_body_has_history(s->body) ? 20 * ROUNDING : ROUNDING;
+    assert_near(largest(s->view.force, numbers), 0, rounding * s->force_scale);
 }
 
 static double sum_of_volumes(const sample *s)
@@ -111,6 +120,11 @@ static void rotation_is_free_of_force_and_volume_change(void **state)
     assert_no_force(s);
     for (pd_local p = 0; p < s->view.n_owned; p++)
         assert_near(s->view.J[p], 1, ROUNDING);
+}
+
+static bool has_energy(const sample *s)
+{
+    return s->formulation->energy;
 }
 
 static void rotation_costs_no_energy(void **state)
@@ -380,6 +394,8 @@ static void torn_body_agrees_with_reference(void **state)
     sample *s = *state;
     pd_body_destroy(s->body);
     s->options.critical_stretch = 1.4;
+    for (int k = 0; k < s->formulation->n_parameters; k++)
+        s->options.formulation_parameters[k] = s->formulation->parameters[k].standard;
     s->body = body_of(&s->cloud, &s->options);
     s->view = pd_body_fields(s->body);
     reference_body *reference = reference_of(s);
@@ -412,7 +428,7 @@ static const check checks[] = {
     {"translation is free of force", translation_is_free_of_force, NULL},
     {"rotation is free of force and volume change",
      rotation_is_free_of_force_and_volume_change, NULL},
-    {"rotation costs no energy", rotation_costs_no_energy, NULL},
+    {"rotation costs no energy", rotation_costs_no_energy, has_energy},
     {"gradient of affine map is exact everywhere",
      gradient_of_affine_map_is_exact_everywhere, corresponds},
     {"energy of affine map is density times volume",
@@ -422,7 +438,7 @@ static const check checks[] = {
     {"forces sum to nothing", forces_sum_to_nothing, NULL},
     {"couples sum to nothing", couples_sum_to_nothing, NULL},
     {"force is minus the derivative of the energy",
-     force_is_minus_the_derivative_of_the_energy, NULL},
+     force_is_minus_the_derivative_of_the_energy, has_energy},
     {"mirror image has mirrored forces", mirror_image_has_mirrored_forces, NULL},
     {"whole body agrees with reference", whole_body_agrees_with_reference, has_reference},
     {"torn body agrees with reference", torn_body_agrees_with_reference, has_reference},
