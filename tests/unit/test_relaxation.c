@@ -368,6 +368,31 @@ static void beam_is_twisted_by_half_a_turn(void **state)
     points_free(&cloud);
 }
 
+/* Held on the left, pulled on the right by a third of its length at once. Points that
+ * went along unaware of the hold would have gone by as much beside it. */
+static void held_bar_is_pulled_at_once(void **state)
+{
+    points cloud = lattice(2, 30, 6, 1, STEP);
+    unsigned char held[180] = {0};
+    memset(held, 1, 6 * 6);
+    const pd_body_options options = options_of(2, 2.015);
+    pd_body *body = body_with_holds(&cloud, &options, held);
+    const double by = -1;
+    targets *t = calloc(1, sizeof *t);
+    prescribe_ends(t, body, -1, 2.8, press, &by);
+    pd_relaxation *relaxation;
+    double residual;
+    assert_ok(pd_relaxation_create(body, &relaxation));
+    assert_ok(pd_relaxation_step(relaxation, &t->list, &residual));
+    pd_relaxation_destroy(relaxation);
+    assert_true(pd_body_summary(body).largest_J < 2.5); /* 1.4 on the average */
+    relax(body, t, 1e-6, 400);
+    assert_true(pd_body_summary(body).largest_J < 1.5);
+    free(t);
+    pd_body_destroy(body);
+    points_free(&cloud);
+}
+
 /* Volumes 1:4.8 and no lattice: the map of its own loads is found again. */
 static void uneven_body_is_relaxed(void **state)
 {
@@ -785,6 +810,7 @@ int main(void)
         cmocka_unit_test(slender_cantilever_in_space_is_found),
         cmocka_unit_test(block_is_compressed_to_sixty_per_cent),
         cmocka_unit_test(beam_is_twisted_by_half_a_turn),
+        cmocka_unit_test(held_bar_is_pulled_at_once),
         cmocka_unit_test(uneven_body_is_relaxed),
         cmocka_unit_test(iterations_hardly_grow_with_the_number_of_points),
         cmocka_unit_test(every_elastic_formulation_is_relaxed),
