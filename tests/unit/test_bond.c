@@ -737,13 +737,13 @@ static void waves_of_a_bar_have_its_speed(void **state)
     points_free(&cloud);
 }
 
-/* Chunks with weights of their own. */
+/* Chunks that are not whole. */
 static int64_t owners(const pd_body *body)
 {
     const pd_lattice *l = body->lattice;
     int64_t n = 0;
     for (int64_t m = 0; m < l->regular.first[l->planes]; m++)
-        n += l->regular.chunk[m].weight != NULL;
+        n += !chunk_is_whole(&l->regular.chunk[m]);
     return n;
 }
 
