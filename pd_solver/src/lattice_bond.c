@@ -5,6 +5,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include "body.h"
+#include "bond.h"
 #include "damage.h"
 #include "lanes.h"
 
@@ -70,7 +71,7 @@ PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_
         const bool over =
             c->weight ? chunk_force(d, breaks, true, l, b->own, c, around, s_c2, f)
                       : chunk_force(d, breaks, false, l, b->own, c, around, s_c2, f);
-        again = over && pd_damage_break_chunk(b, z, c, s_c2);
+        again = over && pd_damage_break_chunk(b, z, c, s_c2) && !breaks_after_force(b);
     }
     double *force = b->force + (size_t)c->point * d;
     for (int q = 0; q < c->count; q++)
