@@ -20,14 +20,13 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "bond.h"
 #include "damage.h"
 #include "deformation.h"
 #include "influence.h"
 #include "lanes.h"
 #include "status.h"
 #include "tensor.h"
-
-enum { SURFACE_CORRECTION }; /* of formulation_parameters */
 
 static const double pi = 3.14159265358979323846;
 
@@ -268,16 +267,24 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
         b->force[(size_t)i * d + c] = f[c];
 }
 
+PD_INLINE void break_all(const int d, pd_body *b)
+{
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
+        break_bonds(d, true, b, i);
+}
+
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
-    if (pd_body_can_break(&b->options))
-        for (pd_local i = b->n_regular; i < b->n_active; i++)
-            break_bonds(d, true, b, i);
+    const bool breaks = pd_body_can_break(&b->options);
+    if (breaks && !breaks_after_force(b))
+        break_all(d, b);
     for (pd_local i = b->n_regular; i < b->n_moving; i++)
         if (beside_hold(b, i))
             bond_force(d, true, b, i);
         else
             bond_force(d, false, b, i);
+    if (breaks && breaks_after_force(b))
+        break_all(d, b);
 }
 
 PD_VERSIONS(pd_lattice_bond)
@@ -399,6 +406,15 @@ static const pd_parameter parameters[] = {
                             .kind = PD_FLAG,
                             .optional = true,
                             .standard = 1},
+    [BREAK_AFTER_FORCE] = {.key = "breakAfterForce",
+                           .unit = "-",
+                           .above = 0,
+                           .below = 2,
+                           .includes_above = true,
+                           .meaning = "bonds that exceed s_c bear force once more",
+                           .kind = PD_FLAG,
+                           .optional = true,
+                           .standard = 0},
 };
 
 const pd_formulation pd_formulation_bond = {

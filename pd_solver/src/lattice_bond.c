@@ -5,6 +5,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include "body.h"
+#include "bond.h"
 #include "damage.h"
 #include "lanes.h"
 
@@ -79,7 +80,7 @@ PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_
             over = chunk_force(d, breaks, PD_GAPPED, b, c, around, s_c2, f);
         else
             over = chunk_force(d, breaks, PD_WHOLE, b, c, around, s_c2, f);
-        again = over && pd_damage_break_chunk(b, z, c, s_c2);
+        again = over && pd_damage_break_chunk(b, z, c, s_c2) && !breaks_after_force(b);
     }
     double *force = b->force + (size_t)c->point * d;
     for (int q = 0; q < c->count; q++)
