@@ -63,7 +63,11 @@ UNIT_TESTS = \
     test_material \
     test_rate_material \
     test_damage \
+    test_bond \
+    test_lattice \
     test_body \
+    test_step \
+    test_relaxation \
     test_traps
 
 # One program each, pd_solver/bench/<name>.c.
@@ -215,6 +219,7 @@ build/objects/tests/%.o: tests/%.c Makefile
 	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
 
 build/tests/test_formulations: build/objects/tests/reference/reference_correspondence.o
+build/tests/test_bond: build/objects/tests/reference/reference_bond.o
 build/tests/test_bond_associated: build/objects/tests/reference/reference_bond_associated.o
 
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a

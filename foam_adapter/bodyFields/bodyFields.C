@@ -44,7 +44,8 @@ void forEachField(const periFoam::solidBody& body, const Writer& write)
         scalarField plasticStrain;
         body.stress(sigma, plasticStrain);
         write("sigma", dimPressure, sigma);
-        write("sigmaEq", dimPressure, scalarField(Foam::sqrt(1.5)*mag(dev(sigma))));
+        const scalarField sigmaEq(Foam::sqrt(1.5)*mag(dev(sigma)));
+        write("sigmaEq", dimPressure, sigmaEq);
         if (body.isPlastic())
         {
             write("plasticStrain", dimless, plasticStrain);

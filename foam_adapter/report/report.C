@@ -194,7 +194,6 @@ void Foam::periFoam::report::lookForPieces
     }
     brokenThen_[bodyi] = max(broken, int64_t(0));
 
-    // A piece is free when none of its points is held or moved
     labelList piece;
     const label n = body.pieces(piece);
     boolList held(n, false);
@@ -208,52 +207,83 @@ void Foam::periFoam::report::lookForPieces
     }
     scalarList volume(n, Zero);
     List<vector> centre(n, vector::zero);
-    scalar all = 0;
     for (label p = 0; p < body.nMoving(); ++p)
     {
-        all += body.volume(p);
         volume[piece[p]] += body.volume(p);
         centre[piece[p]] += body.volume(p)*body.position(p);
     }
 
-    // Held points alone are no piece of what moves
-    label pieces = 0, freePieces = 0, largest = -1;
+    // Held points alone are no piece of what moves. A piece is free when none
+    // of its points is held or moved
+    label pieces = 0, freePieces = 0;
     for (label i = 0; i < n; ++i)
     {
         pieces += volume[i] > 0;
-        if (!held[i])
-        {
-            ++freePieces;
-            largest = largest < 0 || volume[i] > volume[largest] ? i : largest;
-        }
+        freePieces += !held[i];
     }
-    if (pieces > pieces_[bodyi] && broken >= 0)
+    const bool first = broken < 0;
+    if (pieces > pieces_[bodyi] && !first)
     {
-        Info<< title_.c_str() << ": at t = " << brief(time_.value())
-            << " s " << body.name() << " is in " << pieces << " pieces:";
-        labelList order;
-        sortedOrder(volume, order, UList<scalar>::greater(volume));
-        for (label k = 0; k < min(pieces, label(3)); ++k)
-        {
-            const label i = order[k];
-            Info<< (k ? "; " : " ") << brief(100*volume[i]/all)
-                << " % of its volume, centred at "
-                << briefVector(centre[i]/volume[i]).c_str()
-                << ", " << (held[i] ? "held" : "free");
-        }
-        Info<< endl;
+        tellPieces(body.name(), pieces, volume, centre, held);
     }
-    if (freePieces > freePieces_[bodyi] && broken >= 0)
+    if (freePieces > freePieces_[bodyi] && !first)
     {
-        Info<< title_.c_str() << ": at t = " << brief(time_.value())
-            << " s " << body.name() << " has " << freePieces
-            << (freePieces == 1 ? " piece" : " pieces")
-            << " that nothing holds, the largest with "
-            << brief(100*volume[largest]/all) << " % of its volume, centred at "
-            << briefVector(centre[largest]/volume[largest]).c_str() << endl;
+        tellFreePieces(body.name(), freePieces, volume, centre, held);
     }
     pieces_[bodyi] = pieces;
     freePieces_[bodyi] = freePieces;
+}
+
+
+void Foam::periFoam::report::tellPieces
+(
+    const word& body,
+    const label pieces,
+    const scalarList& volume,
+    const List<vector>& centre,
+    const boolList& held
+) const
+{
+    labelList order;
+    sortedOrder(volume, order, UList<scalar>::greater(volume));
+    Info<< title_.c_str() << ": at t = " << brief(time_.value())
+        << " s " << body << " is in " << pieces << " pieces:";
+    for (label k = 0; k < min(pieces, label(3)); ++k)
+    {
+        const label i = order[k];
+        Info<< (k ? "; " : " ") << brief(100*volume[i]/sum(volume))
+            << " % of its volume, centred at "
+            << briefVector(centre[i]/volume[i]).c_str()
+            << ", " << (held[i] ? "held" : "free");
+    }
+    Info<< endl;
+}
+
+
+void Foam::periFoam::report::tellFreePieces
+(
+    const word& body,
+    const label freePieces,
+    const scalarList& volume,
+    const List<vector>& centre,
+    const boolList& held
+) const
+{
+    label largest = -1;
+    forAll(volume, i)
+    {
+        if (!held[i] && (largest < 0 || volume[i] > volume[largest]))
+        {
+            largest = i;
+        }
+    }
+    Info<< title_.c_str() << ": at t = " << brief(time_.value())
+        << " s " << body << " has " << freePieces
+        << (freePieces == 1 ? " piece" : " pieces")
+        << " that nothing holds, the largest with "
+        << brief(100*volume[largest]/sum(volume))
+        << " % of its volume, centred at "
+        << briefVector(centre[largest]/volume[largest]).c_str() << endl;
 }
 
 
@@ -433,10 +463,13 @@ void Foam::periFoam::report::fail
     const string& rest
 ) const
 {
+    const string where
+    (
+        meshCell < 0 ? "" : ", point of cell " + Foam::name(meshCell)
+    );
     FatalErrorInFunction
         << "step " << step << ", time " << time << " s, body "
-        << scene_.bodies()[bodyi].name()
-        << (meshCell < 0 ? "" : ", point of cell " + Foam::name(meshCell)).c_str()
+        << scene_.bodies()[bodyi].name() << where.c_str()
         << ": " << cause.c_str() << nl << "    " << rest.c_str()
         << exit(FatalError);
 }

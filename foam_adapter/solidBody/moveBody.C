@@ -11,8 +11,6 @@ Description
 
 #include "solidBody.H"
 
-#include <cmath>
-
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
 void Foam::periFoam::solidBody::setMotions(const scalar time)
@@ -35,31 +33,6 @@ void Foam::periFoam::solidBody::setMotions(const scalar time)
             }
         }
     }
-}
-
-
-Foam::label Foam::periFoam::solidBody::gradualSteps(const scalar time)
-{
-    // A part that jumps would turn the material beside it inside out before
-    // the rest can follow
-    const scalar part = 0.1;
-    const label d = view_.dimension;
-    scalar steps = 1;
-    setMotions(time);
-    forAll(prescribedPoint_, k)
-    {
-        const label p = prescribedPoint_[k];
-        scalar way2 = 0;
-        for (label a = 0; a < d; ++a)
-        {
-            if (prescribedAxes_[k] >> a & 1)
-            {
-                way2 += sqr(prescribedPlace_[k*d + a] - view_.y[p*d + a]);
-            }
-        }
-        steps = max(steps, Foam::sqrt(way2)/(part*view_.spacing[p]));
-    }
-    return min(std::ceil(steps), 1e6);
 }
 
 
@@ -123,13 +96,13 @@ pd_status Foam::periFoam::solidBody::step
 
 pd_status Foam::periFoam::solidBody::relax
 (
-    const scalar from,
     const scalar time,
     relaxation& r,
     const std::function<void(const relaxation&)>& told
 )
 {
-    const label gradual = gradualSteps(time);
+    setMotions(time);
+    const pd_prescribed motions(prescribed());
     pd_status status = setLoads(time);
     pd_relaxation* state = nullptr;
     if (status.code == PD_OK)
@@ -141,23 +114,15 @@ pd_status Foam::periFoam::solidBody::relax
     while
     (
         status.code == PD_OK
-     && (r.residual > r.tolerance || r.iterations < gradual)
+     && r.residual > r.tolerance
      && r.iterations < r.maxIterations
     )
     {
         ++r.iterations;
-        if (r.iterations <= gradual)
-        {
-            setMotions(from + (time - from)*r.iterations/gradual);
-        }
-        const pd_prescribed motions(prescribed());
         status = pd_relaxation_step(state, &motions, &r.residual);
         told(r);
     }
-    if (state)
-    {
-        pd_relaxation_destroy(state);
-    }
+    pd_relaxation_destroy(state);
     return status;
 }
 

@@ -513,7 +513,10 @@ void Foam::periFoam::solidBody::readMotions
                 OStringStream os;
                 os  << "cell " << celli << " at " << solid.cellCentres()[celli]
                     << " is held; allowed: cells that no hold holds";
-                dict.refuse(dict.found("patch") ? "patch" : "cellZone", os.str());
+                dict.refuse
+                (
+                    dict.found("patch") ? "patch" : "cellZone", os.str()
+                );
             }
         }
         m->setPoints(labelUIndList(pointOfCell, cells)());

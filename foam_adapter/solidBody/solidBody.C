@@ -41,7 +41,10 @@ void Foam::periFoam::solidBody::orient(const polyMesh& solid)
 {
     if (solid.nCells() == 0)
     {
-        dict_.refuse("horizonRatio", "the mesh of region " + name_ + " is empty");
+        dict_.refuse
+        (
+            "horizonRatio", "the mesh of region " + name_ + " is empty"
+        );
     }
     const polyMesh& around = fluid_ ? *fluid_ : solid;
     DynamicList<label> solved(3);

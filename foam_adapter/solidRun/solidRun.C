@@ -220,7 +220,6 @@ void Foam::periFoam::solidRun::relax(const label bodyi)
     solidBody& body = scene_.bodies()[bodyi];
     const pd_status status = body.relax
     (
-        doneTime_,
         time_.value(),
         relaxation_,
         [&](const solidBody::relaxation& r)

@@ -1,5 +1,6 @@
 /*
- * Directed bonds per second of pd_body_forces, on one core:
+ * Directed bonds per second of pd_body_forces, and pd_body_advance where there is a
+ * history, on one core:
  *
  *     bench_forces [key=value ...]       keys and defaults: usage() below
  *     bench_forces names                 the formulations, one a line
@@ -56,19 +57,16 @@ static double seconds(void)
 
 /* ---- what a formulation is measured with ---- */
 
-/* Whether a formulation takes a material: the one place to change when it says so itself.
- */
-static bool accepts(const pd_formulation *formulation, const pd_material *material)
+/* The first that the formulation takes; a plastic one if there is one, since it costs
+ * most. */
+static const pd_material *material_for(const pd_formulation *formulation, int d)
 {
-    return !formulation->corresponds || material->stress;
-}
-
-static const pd_material *material_for(const pd_formulation *formulation)
-{
+    const pd_material *first = NULL;
     for (const pd_material *const *m = pd_materials; *m; m++)
-        if (accepts(formulation, *m))
-            return *m;
-    return NULL;
+        if (formulation->accepts(*m, d, PD_PLANE_STRAIN) &&
+            (!first || ((*m)->is_plastic && formulation->advance)))
+            first = *m;
+    return first;
 }
 
 /* A value inside its bounds. Without an upper bound it is a modulus or a yield stress:
@@ -89,10 +87,12 @@ static pd_body_options options_for(const settings *s, const pd_formulation *form
         .density = 1000,
         .critical_stretch = s->critical,
         .formulation = formulation,
-        .material = material_for(formulation),
+        .material = material_for(formulation, s->dimension),
     };
     for (int k = 0; o.material && k < o.material->n_parameters; k++)
         o.parameters[k] = value_of(&o.material->parameters[k]);
+    for (int k = 0; k < formulation->n_parameters; k++)
+        o.formulation_parameters[k] = formulation->parameters[k].standard;
     return o;
 }
 
@@ -129,15 +129,24 @@ static void place_points(const settings *s, double *X, double *volume)
     }
 }
 
+static void demand(pd_status status)
+{
+    if (status.code != PD_OK)
+        fail("%s", status.message);
+}
+
+/* A body with a history goes there in a step of a second. */
 static void deform(pd_body *body)
 {
     const pd_body_view view = pd_body_fields(body);
-    const int d = view.dimension;
-    for (pd_local i = 0; i < view.n_local; i++)
-        for (int a = 0; a < d; a++) {
-            const double *X = view.X + (size_t)i * (size_t)d;
-            view.y[(size_t)(i * d + a)] = X[a] + 1e-3 * sin(6 * X[(a + 1) % d] + a);
-        }
+    const size_t d = (size_t)view.dimension, n = (size_t)view.n_local;
+    for (size_t i = 0; i < n; i++)
+        for (size_t a = 0; a < d; a++)
+            view.v[i * d + a] = 1e-3 * sin(6 * view.X[i * d + (a + 1) % d] + (double)a);
+    demand(pd_body_forces(body));
+    demand(pd_body_advance(body, 1, 0));
+    for (size_t c = 0; c < n * d; c++)
+        view.y[c] += view.v[c];
 }
 
 static pd_body *build(const settings *s, const pd_formulation *formulation)
@@ -185,9 +194,8 @@ static double measure(pd_body *body, long calls)
 {
     const double start = seconds();
     for (long k = 0; k < calls; k++) {
-        const pd_status status = pd_body_forces(body);
-        if (status.code != PD_OK)
-            fail("pd_body_forces: %s", status.message);
+        demand(pd_body_advance(body, 1e-9, 0)); /* nothing, without a history */
+        demand(pd_body_forces(body));
     }
     return (seconds() - start) / (double)calls;
 }

@@ -99,9 +99,7 @@ static inline double family_weight(const pd_body *b, pd_local i, const pd_family
 {
     if (!f->offset)
         return b->weight[f->base + k];
-    const pd_chunk *c = f->chunk;
-    return c->weight ? c->weight[f->offset[k] * PD_LANES + i - c->point]
-                     : b->lattice->offset[f->offset[k]].weight;
+    return chunk_weight(b->lattice, f->chunk, i - f->chunk->point, f->offset[k]);
 }
 
 /* Can bonds break? */

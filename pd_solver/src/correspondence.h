@@ -52,7 +52,7 @@ PD_INLINE void invert_lane(pd_body *b, const pd_chunk *c, int q)
     const pd_lattice *l = b->lattice;
     double K[9] = {0};
     for (int k = 0; k < l->n_offsets; k++)
-        add_dyad(l->d, c->weight[k * PD_LANES + q], l->offset[k].xi, l->offset[k].xi, K);
+        add_dyad(l->d, chunk_weight(l, c, q, k), l->offset[k].xi, l->offset[k].xi, K);
     keep_shape(l->d, b, c->point + q, K);
 }
 

@@ -42,12 +42,11 @@ bool pd_damage_break_regular(pd_body *body, pd_chunk *chunk, int lane, int k)
     const int64_t bit = ((int64_t)chunk->point + lane) * l->n_offsets + k;
     if (l->broken[bit / 64] >> (bit % 64) & 1)
         return false;
-    if (pd_lattice_own(l, chunk).code != PD_OK) {
+    if (pd_lattice_cut(l, chunk, lane, k).code != PD_OK) {
         body->out_of_memory = true;
         return false;
     }
     l->broken[bit / 64] |= UINT64_C(1) << (bit % 64);
-    chunk->weight[k * PD_LANES + lane] = 0;
     return true;
 }
 

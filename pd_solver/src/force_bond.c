@@ -20,14 +20,13 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "bond.h"
 #include "damage.h"
 #include "deformation.h"
 #include "influence.h"
 #include "lanes.h"
 #include "status.h"
 #include "tensor.h"
-
-enum { SURFACE_CORRECTION }; /* of formulation_parameters */
 
 static const double pi = 3.14159265358979323846;
 
@@ -191,9 +190,26 @@ static pd_status allocate(pd_body *b)
                           b->own);
 }
 
+/* A bond without length has no direction. On a lattice there is none. */
+static pd_status check_lengths(const pd_body *b)
+{
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
+        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+            const pd_local j = b->families.neighbour[k];
+            double xi[3], length;
+            measure(b, i, j, xi, &length);
+            if (!(length > 0))
+                return pd_status_fail(PD_BAD_ARGUMENT, b->id[i],
+                                      "the point stands where point %lld stands",
+                                      (long long)b->id[j]);
+        }
+    return pd_status_ok();
+}
+
 static pd_status prepare(pd_body *b)
 {
     const size_t d = (size_t)b->options.dimension;
+    PD_TRY(check_lengths(b));
     PD_TRY(allocate(b));
     if (b->options.formulation_parameters[SURFACE_CORRECTION] == 0)
         return weigh(b, NULL);
@@ -251,16 +267,24 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
         b->force[(size_t)i * d + c] = f[c];
 }
 
+PD_INLINE void break_all(const int d, pd_body *b)
+{
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
+        break_bonds(d, true, b, i);
+}
+
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
-    if (pd_body_can_break(&b->options))
-        for (pd_local i = b->n_regular; i < b->n_active; i++)
-            break_bonds(d, true, b, i);
+    const bool breaks = pd_body_can_break(&b->options);
+    if (breaks && !breaks_after_force(b))
+        break_all(d, b);
     for (pd_local i = b->n_regular; i < b->n_moving; i++)
         if (beside_hold(b, i))
             bond_force(d, true, b, i);
         else
             bond_force(d, false, b, i);
+    if (breaks && breaks_after_force(b))
+        break_all(d, b);
 }
 
 PD_VERSIONS(pd_lattice_bond)
@@ -279,8 +303,8 @@ static void forces(pd_body *b)
 
 /* ---- what else the table asks ---- */
 
-/* Visit the bonds of moving point i that bear force: weight, |xi| and Y. */
-typedef void visitor(void *sum, const pd_body *b, pd_local i, double weight,
+/* Visit the bonds of moving point i, to j: weight, |xi| and Y. */
+typedef void visitor(void *sum, const pd_body *b, pd_local i, pd_local j, double weight,
                      double length, const double *Y);
 
 static void visit_bonds(const pd_body *b, pd_local i, visitor *visit, void *sum)
@@ -290,18 +314,20 @@ static void visit_bonds(const pd_body *b, pd_local i, visitor *visit, void *sum)
     pd_family family;
     family_of(b, i, &family);
     for (pd_local k = 0; k < family.count; k++) {
+        const pd_local j = family.neighbour[k];
         double xi[3], Y[3];
-        bond(d, b->hold_distance, b, i, family.neighbour[k], xi, Y);
+        bond(d, b->hold_distance, b, i, j, xi, Y);
         const double length = family.offset ? l->offset[family.offset[k]].length
                                             : b->length[family.base + k];
-        visit(sum, b, i, family_weight(b, i, &family, k), length, Y);
+        visit(sum, b, i, j, family_weight(b, i, &family, k), length, Y);
     }
 }
 
 /* Half of c s^2 |xi| / 2 of every bond is each end's. */
-static void add_bond_energy(void *sum, const pd_body *b, pd_local i, double weight,
-                            double length, const double *Y)
+static void add_bond_energy(void *sum, const pd_body *b, pd_local i, pd_local j,
+                            double weight, double length, const double *Y)
 {
+    (void)j;
     const double s = sqrt(dot(b->options.dimension, Y, Y)) / length - 1;
     *(double *)sum += b->volume[i] * weight * s * s * length / 4;
 }
@@ -315,10 +341,10 @@ static double energy(const pd_body *b)
 }
 
 /* The virial: half of force (x) bond. */
-static void add_virial(void *sum, const pd_body *b, pd_local i, double weight,
+static void add_virial(void *sum, const pd_body *b, pd_local i, pd_local j, double weight,
                        double length, const double *Y)
 {
-    (void)i;
+    (void)i, (void)j;
     const int d = b->options.dimension;
     const int place[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
     const double square = dot(d, Y, Y);
@@ -346,12 +372,13 @@ static void stress(const pd_body *b, double *sigma, double *plastic)
 }
 
 /* At rest a bond has the stiffness a n (x) n / |xi|; the row of point i sums to at most
- * twice its diagonal. */
-static void add_stiffness(void *sum, const pd_body *b, pd_local i, double weight,
-                          double length, const double *Y)
+ * twice its diagonal. A bond into a hold is on the diagonal alone. */
+static void add_stiffness(void *sum, const pd_body *b, pd_local i, pd_local j,
+                          double weight, double length, const double *Y)
 {
-    (void)i, (void)Y;
-    *(double *)sum += 2 * weight / length / b->options.density;
+    (void)Y;
+    const double row = j < b->n_moving ? 2 : 0.5 * mirror(b, i, j) * mirror(b, i, j);
+    *(double *)sum += row * weight / length / b->options.density;
 }
 
 static void frequency(const pd_body *b, double *omega2)
@@ -379,6 +406,15 @@ static const pd_parameter parameters[] = {
                             .kind = PD_FLAG,
                             .optional = true,
                             .standard = 1},
+    [BREAK_AFTER_FORCE] = {.key = "breakAfterForce",
+                           .unit = "-",
+                           .above = 0,
+                           .below = 2,
+                           .includes_above = true,
+                           .meaning = "bonds that exceed s_c bear force once more",
+                           .kind = PD_FLAG,
+                           .optional = true,
+                           .standard = 0},
 };
 
 const pd_formulation pd_formulation_bond = {

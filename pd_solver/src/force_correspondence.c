@@ -80,7 +80,10 @@ static pd_status prepare_lattice(pd_body *b)
     double K[9] = {0};
     for (int k = 0; k < l->n_offsets; k++) {
         pd_offset *o = &l->offset[k];
-        o->weight = weight_of(b, o->length, l->step, pow(l->step, l->d));
+        const double volume = pow(l->step, l->d);
+        /* Bonds as long as the horizon weigh nothing, but break like others; on a lattice
+         * 0 is no bond. No sum feels this instead. */
+        o->weight = fmax(weight_of(b, o->length, l->step, volume), 1e-40 * volume);
         add_dyad(l->d, o->weight, o->xi, o->xi, K);
     }
     const bool sound = shape_inverse(l->d, K, own->K_inverse);
@@ -89,7 +92,7 @@ static pd_status prepare_lattice(pd_body *b)
     for (int64_t m = 0; m < l->regular.first[l->planes]; m++) {
         const pd_chunk *c = &l->regular.chunk[m];
         for (int q = 0; q < c->count; q++)
-            if (c->weight)
+            if (!chunk_is_whole(c))
                 invert_lane(b, c, q);
             else
                 b->carries[c->point + q] = sound ? PD_SOUND : PD_POINT_SINGULAR;
@@ -291,7 +294,7 @@ static void forces(pd_body *b)
 /* g of any moving point, wherever it is kept. */
 static double control_at(const pd_body *b, pd_local i)
 {
-    if (i < b->n_regular && !pd_lattice_chunk(b, i)->weight)
+    if (i < b->n_regular && chunk_is_whole(pd_lattice_chunk(b, i)))
         return ((const sweeps *)b->own)->g;
     return b->control[i];
 }
@@ -334,7 +337,7 @@ static double energy(const pd_body *b)
 static const double *shape_at(const pd_body *b, pd_local i)
 {
     const size_t d = (size_t)b->options.dimension;
-    if (i < b->n_regular && !pd_lattice_chunk(b, i)->weight)
+    if (i < b->n_regular && chunk_is_whole(pd_lattice_chunk(b, i)))
         return ((const sweeps *)b->own)->K_inverse;
     return b->K_inverse + (size_t)i * d * d;
 }

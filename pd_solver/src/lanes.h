@@ -50,6 +50,24 @@ PD_INLINE lanes reciprocal_root(lanes x)
     return y + 0.5 * y * (1 - x * y * y);
 }
 
+/* What a chunk's bonds weigh, pd_chunk. */
+enum { PD_WHOLE, PD_GAPPED, PD_OWN };
+
+/* All bits of the lanes from `part` on whose bit is set. */
+PD_INLINE lane_bits lanes_of(unsigned char bits, int part)
+{
+    lane_bits selected;
+    for (int q = 0; q < PD_WIDTH; q++)
+        selected[q] = INT64_C(1) << q;
+    return (selected & (bits >> part)) != 0;
+}
+
+/* x, or 0 in lanes that are not selected. */
+PD_INLINE lanes select_lanes(lane_bits selected, lanes x)
+{
+    return (lanes)((lane_bits)x & selected);
+}
+
 /* Is a bit of the first `count` lanes set? */
 PD_INLINE bool any_lane(lane_bits bits, int count)
 {

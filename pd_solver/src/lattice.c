@@ -74,6 +74,25 @@ static bool all_stand_on_it(const pd_lattice *l, size_t n, const double *X)
     return true;
 }
 
+/* Is some place of the lattice taken twice? */
+static pd_status find_double(const pd_lattice *l, size_t n, const double *X, bool *found)
+{
+    const size_t places = (size_t)(l->count[0] * l->count[1] * l->count[2]);
+    unsigned char *taken = calloc(places, 1);
+    if (!taken)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu places", places);
+    for (size_t i = 0; i < n; i++) {
+        int64_t index[3] = {0};
+        pd_lattice_index(l, X + 3 * i, index);
+        unsigned char *here =
+            &taken[(index[2] * l->count[1] + index[1]) * l->count[0] + index[0]];
+        *found |= *here;
+        *here = 1;
+    }
+    free(taken);
+    return pd_status_ok();
+}
+
 /* ---- offsets ---- */
 
 /* Offsets within the horizon, by plane, row and place; with offset == NULL they are only
@@ -94,6 +113,8 @@ static int list_offsets(const pd_lattice *l, double ratio, pd_offset *offset)
                     offset[n] = (pd_offset){
                         .plane = slow + (l->d > 1 ? r : 0),
                         .cell = (int32_t)(row * l->row) + x,
+                        .rows = row,
+                        .along = x,
                         .xi = {x * l->step, y * l->step, z * l->step},
                         .length = sqrt(square) * l->step,
                         .inverse = 1 / (sqrt(square) * l->step),
@@ -104,14 +125,14 @@ static int list_offsets(const pd_lattice *l, double ratio, pd_offset *offset)
     return n;
 }
 
-/* Cells of the padded box: a chunk at the end of a row may look a vector further. */
+/* Cells of the padded box: a chunk at the end of a row may look a vector further. A row
+ * is an odd number of cache lines: rows a power of two apart would meet in the same few.
+ */
 static void lay_out(pd_lattice *l)
 {
-    l->row = l->count[0] + 2 * l->reach + PD_LANES;
+    const int64_t lines = (l->count[0] + 2 * l->reach) / PD_LANES + 2;
+    l->row = PD_LANES * (lines | 1);
     l->plane = l->d == 3 ? l->row * (l->count[1] + 2 * l->reach) : l->row;
-    /* Planes a power of two apart would meet in the same few lines of a cache. */
-    if (l->plane >= 512)
-        l->plane = (l->plane + 511) / 512 * 512 + 40;
     l->planes = l->d == 1 ? 1 : l->count[l->d - 1];
 }
 
@@ -132,6 +153,10 @@ pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
         (double)l.plane * (double)l.planes > 8. * (double)n + 65536 ||
         l.plane > INT32_MAX / 2)
         return pd_status_ok();
+    bool shared = false;
+    PD_TRY(find_double(&l, n, X, &shared));
+    if (shared)
+        return pd_status_ok();
     l.offset = malloc((size_t)l.n_offsets * sizeof *l.offset);
     *lattice = malloc(sizeof **lattice);
     if (!l.offset || !*lattice) {
@@ -145,11 +170,19 @@ pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
     return pd_status_ok();
 }
 
+static void forget_weights(pd_chunk *c)
+{
+    free(c->bonds);
+    free(c->weight);
+    c->bonds = NULL;
+    c->weight = NULL;
+}
+
 static void free_chunks(pd_chunks *chunks, int64_t planes)
 {
     if (chunks->first && chunks->chunk)
         for (int64_t k = 0; k < chunks->first[planes]; k++)
-            free(chunks->chunk[k].weight);
+            forget_weights(&chunks->chunk[k]);
     free(chunks->chunk);
     free(chunks->first);
 }
@@ -179,6 +212,15 @@ static int64_t cell_of(const pd_lattice *l, const double *X, int32_t *cell)
     return l->d == 1 ? 0 : index[l->d - 1];
 }
 
+static pd_chunk chunk_at(const pd_lattice *l, pd_local p, int32_t cell)
+{
+    return (pd_chunk){.point = p,
+                      .cell = cell,
+                      .row = (int32_t)(cell / l->row),
+                      .x = (int32_t)(cell % l->row),
+                      .count = 1};
+}
+
 /* Chunks of the regular points, which are in order of their cells. */
 static pd_status chunk_regular(pd_body *b)
 {
@@ -200,7 +242,7 @@ static pd_status chunk_regular(pd_body *b)
             last->count++;
             continue;
         }
-        chunks->chunk[n++] = (pd_chunk){.point = p, .cell = cell, .count = 1};
+        chunks->chunk[n++] = chunk_at(l, p, cell);
         chunks->first[plane + 1] = n;
         last_plane = plane;
     }
@@ -231,8 +273,7 @@ static pd_status place_others(pd_body *b)
         chunks->first[z + 1] += chunks->first[z];
     for (pd_local p = b->n_regular; p < b->n_active; p++) {
         const int64_t z = cell_of(l, b->X + (size_t)p * d, &cell);
-        chunks->chunk[chunks->first[z + 1]++] =
-            (pd_chunk){.point = p, .cell = cell, .count = 1};
+        chunks->chunk[chunks->first[z + 1]++] = chunk_at(l, p, cell);
         l->at[z * l->plane + cell] = p;
     }
     return pd_status_ok();
@@ -309,28 +350,40 @@ pd_local pd_lattice_family(const pd_body *b, pd_local i, pd_local *neighbour,
 
 /* ---- weights ---- */
 
-pd_status pd_lattice_own(pd_lattice *l, pd_chunk *c)
+static pd_status no_memory(const pd_lattice *l)
 {
-    if (c->weight)
+    return pd_status_fail(PD_NO_MEMORY, -1, "%d bonds of a chunk", l->n_offsets);
+}
+
+pd_status pd_lattice_cut(pd_lattice *l, pd_chunk *c, int lane, int k)
+{
+    if (c->weight) {
+        c->weight[k * PD_LANES + lane] = 0;
         return pd_status_ok();
-    c->weight = malloc((size_t)l->n_offsets * PD_LANES * sizeof *c->weight);
-    if (!c->weight)
-        return pd_status_fail(PD_NO_MEMORY, -1, "weights of %d bonds",
-                              l->n_offsets * PD_LANES);
-    for (int k = 0; k < l->n_offsets; k++)
-        for (int q = 0; q < PD_LANES; q++)
-            c->weight[k * PD_LANES + q] = l->offset[k].weight;
+    }
+    if (!c->bonds) {
+        c->bonds = malloc((size_t)l->n_offsets);
+        if (!c->bonds)
+            return no_memory(l);
+        memset(c->bonds, 0xff, (size_t)l->n_offsets);
+    }
+    c->bonds[k] &= (unsigned char)~(1u << lane);
     return pd_status_ok();
 }
 
-/* Weights of one chunk; do they differ from those of the offsets? */
-static bool weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh *weigh,
-                        const void *context, double *weight)
+/* What a chunk has to keep. */
+enum { NOTHING, BONDS, WEIGHTS };
+
+/* Weights of one chunk, and its bonds as bits. */
+static int weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh *weigh,
+                       const void *context, double *weight, unsigned char *bonds)
 {
     const pd_lattice *l = b->lattice;
-    bool differ = false;
+    int keep = NOTHING;
+    memset(bonds, 0, (size_t)l->n_offsets);
     for (int k = 0; k < l->n_offsets; k++)
         for (int q = 0; q < PD_LANES; q++) {
+            const double common = l->offset[k].weight;
             double *w = weight + k * PD_LANES + q;
             *w = 0;
             if (q >= c->count)
@@ -338,33 +391,47 @@ static bool weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh
             const pd_local i = c->point + q;
             const pd_local j = pd_lattice_neighbour(l, z, c, q, &l->offset[k]);
             const int64_t bit = (int64_t)i * l->n_offsets + k;
-            if (j >= 0 && !(l->broken && l->broken[bit / 64] >> (bit % 64) & 1))
-                *w = weigh(b, i, j, &l->offset[k], context);
+            if (j < 0 || (l->broken && l->broken[bit / 64] >> (bit % 64) & 1)) {
+                keep = keep == NOTHING ? BONDS : keep;
+                continue;
+            }
+            *w = weigh(b, i, j, &l->offset[k], context);
+            bonds[k] |= (unsigned char)(1u << q);
             /* Beyond round-off of the sums that a weight may come from. */
-            if (fabs(*w - l->offset[k].weight) > 1e-11 * fabs(l->offset[k].weight))
-                differ = true;
+            if (fabs(*w - common) > 1e-11 * fabs(common))
+                keep = WEIGHTS;
         }
-    return differ;
+    return keep;
+}
+
+static pd_status copy_of(const pd_lattice *l, const void *from, size_t size, void *to)
+{
+    void *copy = malloc(size);
+    if (!copy)
+        return no_memory(l);
+    memcpy(copy, from, size);
+    memcpy(to, &copy, sizeof copy);
+    return pd_status_ok();
 }
 
 pd_status pd_lattice_weigh(pd_body *b, pd_weigh *weigh, const void *context)
 {
     pd_lattice *l = b->lattice;
     double weight[PD_MOST_OFFSETS * PD_LANES];
+    unsigned char bonds[PD_MOST_OFFSETS];
+    const size_t n = (size_t)l->n_offsets;
     for (int k = 0; k < l->n_offsets; k++)
         for (int a = 0; a < 3; a++)
             l->offset[k].weight_xi[a] = l->offset[k].weight * l->offset[k].xi[a];
     for (int64_t z = 0; z < l->planes; z++)
         for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++) {
             pd_chunk *c = &l->regular.chunk[m];
-            if (weigh_chunk(b, z, c, weigh, context, weight)) {
-                PD_TRY(pd_lattice_own(l, c));
-                memcpy(c->weight, weight,
-                       (size_t)l->n_offsets * PD_LANES * sizeof *weight);
-            } else {
-                free(c->weight);
-                c->weight = NULL;
-            }
+            const int keep = weigh_chunk(b, z, c, weigh, context, weight, bonds);
+            forget_weights(c);
+            if (keep == BONDS)
+                PD_TRY(copy_of(l, bonds, n, &c->bonds));
+            if (keep == WEIGHTS)
+                PD_TRY(copy_of(l, weight, n * PD_LANES * sizeof *weight, &c->weight));
         }
     return pd_status_ok();
 }
@@ -373,43 +440,51 @@ pd_status pd_lattice_weigh(pd_body *b, pd_weigh *weigh, const void *context)
 
 pd_status pd_ring_create(const pd_lattice *l, int components, int slots, pd_ring *ring)
 {
-    *ring = (pd_ring){
-        .components = components, .slots = slots, .plane = l->plane, .planes = l->planes};
-    const size_t size = (size_t)(components * l->plane);
-    ring->data = calloc((size_t)ring->slots * size, sizeof *ring->data);
+    *ring = (pd_ring){.components = components,
+                      .slots = slots,
+                      .stride = components * l->row,
+                      .plane = components * l->plane,
+                      .planes = l->planes};
+    const size_t size = (size_t)ring->plane;
+    ring->shift = malloc((size_t)l->n_offsets * sizeof *ring->shift);
+    ring->data = calloc((size_t)slots * size, sizeof *ring->data);
     ring->nothing = calloc(size, sizeof *ring->nothing);
-    if (!ring->data || !ring->nothing)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d planes of %zu numbers", ring->slots,
-                              size);
+    if (!ring->shift || !ring->data || !ring->nothing)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d planes of %zu numbers", slots, size);
+    for (int k = 0; k < l->n_offsets; k++)
+        ring->shift[k] = l->offset[k].rows * ring->stride + l->offset[k].along;
     return pd_status_ok();
 }
 
 void pd_ring_free(pd_ring *ring)
 {
+    free(ring->shift);
     free(ring->data);
     free(ring->nothing);
     *ring = (pd_ring){0};
 }
 
-/* Put the d components of `count` points, [count][d], into cells, [d][plane]. */
+/* Put the d components of `count` points, [count][d], into cells, [d][row]. */
 PD_INLINE void scatter(const int d, int count, const double *from, double *to,
-                       int64_t plane)
+                       int64_t row)
 {
     for (int c = 0; c < d; c++)
         for (int q = 0; q < count; q++)
-            to[c * plane + q] = from[q * d + c];
+            to[c * row + q] = from[q * d + c];
 }
 
-PD_INLINE void fill_plane(const int d, const pd_chunks *chunks, int64_t z,
-                          const double *field, double *to, int64_t plane)
+PD_INLINE void fill_plane(const int d, const pd_lattice *l, const pd_chunks *chunks,
+                          int64_t z, const double *field, const pd_ring *ring)
 {
+    double *plane = ring_plane(ring, z);
     for (int64_t m = chunks->first[z]; m < chunks->first[z + 1]; m++) {
         const pd_chunk *c = &chunks->chunk[m];
         const double *from = field + (size_t)c->point * (size_t)d;
+        double *to = plane + ring_cell(ring, c);
         if (c->count == PD_LANES) /* the count is a constant here */
-            scatter(d, PD_LANES, from, to + c->cell, plane);
+            scatter(d, PD_LANES, from, to, l->row);
         else
-            scatter(d, c->count, from, to + c->cell, plane);
+            scatter(d, c->count, from, to, l->row);
     }
 }
 
@@ -419,13 +494,12 @@ void pd_ring_fill(int d, const pd_body *b, int64_t z, const double *field,
     const pd_lattice *l = b->lattice;
     if (z < 0 || z >= l->planes)
         return;
-    double *to = ring_plane(ring, z);
     const pd_chunks *kinds[] = {&l->regular, &l->other};
     for (int k = 0; k < 2; k++)
         if (d == 1)
-            fill_plane(1, kinds[k], z, field, to, l->plane);
+            fill_plane(1, l, kinds[k], z, field, ring);
         else if (d == 2)
-            fill_plane(2, kinds[k], z, field, to, l->plane);
+            fill_plane(2, l, kinds[k], z, field, ring);
         else
-            fill_plane(3, kinds[k], z, field, to, l->plane);
+            fill_plane(3, l, kinds[k], z, field, ring);
 }

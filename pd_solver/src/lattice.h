@@ -24,21 +24,28 @@
 
 /* From a point to one of its neighbours. */
 typedef struct {
-    int plane;      /* 0 to 2 reach: the neighbour's plane, counted in the ring */
-    int32_t cell;   /* what is added to the cell within the plane */
-    double xi[3];   /* m */
-    double length;  /* |xi|, m */
-    double inverse; /* 1/|xi|, 1/m */
-    double weight;  /* the formulation's, of a bond with nothing missing around */
+    int plane;           /* 0 to 2 reach: the neighbour's plane, counted in the ring */
+    int32_t cell;        /* what is added to the cell within the plane */
+    int32_t rows, along; /* the same, in rows and in cells of a row */
+    double xi[3];        /* m */
+    double length;       /* |xi|, m */
+    double inverse;      /* 1/|xi|, 1/m */
+    double weight;       /* the formulation's, of a bond with nothing missing around */
     double weight_xi[3];
 } pd_offset;
 
 typedef struct {
     pd_local point; /* the first */
-    int32_t cell;   /* its cell within its plane */
+    int32_t cell;   /* its cell within its plane ... */
+    int32_t row, x; /* ... which is that one of that row */
     int count;      /* 1 to PD_LANES */
     bool exports;   /* a point of general path reads it */
-    double *weight; /* [n_offsets][PD_LANES], 0: no bond; NULL: those of the offsets */
+
+    /* What its bonds weigh: as the offsets say when both are NULL (it is whole), that or
+     * nothing as bit q of bonds[n_offsets] has it for lane q, or else as weight
+     * [n_offsets][PD_LANES] has it, 0 for no bond. */
+    unsigned char *bonds;
+    double *weight;
 } pd_chunk;
 
 /* Chunks of planes: those of plane z are [first[z], first[z + 1]). */
@@ -75,8 +82,22 @@ pd_status pd_lattice_fill(pd_body *body);
 pd_local pd_lattice_family(const pd_body *body, pd_local i, pd_local *neighbour,
                            short *offset);
 
-/* Weights of the chunk's own, copied from the offsets if it had none. */
-pd_status pd_lattice_own(pd_lattice *lattice, pd_chunk *chunk);
+/* Take bond k of a lane out of a chunk. */
+pd_status pd_lattice_cut(pd_lattice *lattice, pd_chunk *chunk, int lane, int k);
+
+static inline bool chunk_is_whole(const pd_chunk *chunk)
+{
+    return !chunk->bonds && !chunk->weight;
+}
+
+/* Weight of bond k of a lane. */
+static inline double chunk_weight(const pd_lattice *lattice, const pd_chunk *chunk,
+                                  int lane, int k)
+{
+    if (chunk->weight)
+        return chunk->weight[k * PD_LANES + lane];
+    return !chunk->bonds || chunk->bonds[k] >> lane & 1 ? lattice->offset[k].weight : 0;
+}
 
 /* The active point at an offset of lane q of a chunk in plane z, or -1. */
 pd_local pd_lattice_neighbour(const pd_lattice *lattice, int64_t z, const pd_chunk *chunk,
@@ -86,17 +107,22 @@ pd_local pd_lattice_neighbour(const pd_lattice *lattice, int64_t z, const pd_chu
 pd_chunk *pd_lattice_chunk(const pd_body *body, pd_local i);
 
 /* Weigh every bond: weight(body, i, j, offset, context); j < 0 has no bond. Broken bonds
- * weigh nothing. Chunks that weigh what the offsets say keep no weights. */
+ * weigh nothing. A chunk keeps no more of it than it must. */
 typedef double pd_weigh(const pd_body *body, pd_local i, pd_local j,
                         const pd_offset *offset, const void *context);
 pd_status pd_lattice_weigh(pd_body *body, pd_weigh *weigh, const void *context);
 
 /* ---- the ring ---- */
 
-/* Planes of components around the plane at hand. */
+/* Planes of components around the plane at hand. The components of a row stand together,
+ * [planes in the ring][rows][components][cells], so that few pages of memory are in use.
+ */
 typedef struct {
     int components, slots;
-    int64_t plane, planes;
+    int64_t stride; /* from row to row */
+    int64_t plane;  /* from plane to plane */
+    int64_t planes; /* of the lattice */
+    int64_t *shift; /* [n_offsets] from a cell to a neighbour's in its plane */
     double *data, *nothing;
 } pd_ring;
 
@@ -104,12 +130,18 @@ pd_status pd_ring_create(const pd_lattice *lattice, int components, int slots,
                          pd_ring *ring);
 void pd_ring_free(pd_ring *ring);
 
-/* Components [components][plane] of plane z; of no plane: numbers that are finite. */
+/* Plane z; where there is none: numbers that are finite. */
 static inline double *ring_plane(const pd_ring *ring, int64_t z)
 {
     if (z < 0 || z >= ring->planes)
         return ring->nothing;
-    return ring->data + z % ring->slots * ring->components * ring->plane;
+    return ring->data + z % ring->slots * ring->plane;
+}
+
+/* First component of a chunk's first cell, within its plane. */
+static inline int64_t ring_cell(const pd_ring *ring, const pd_chunk *chunk)
+{
+    return chunk->row * ring->stride + chunk->x;
 }
 
 /* Put plane z of a field [n][d] of points into the ring; outside nothing happens. */

@@ -5,6 +5,7 @@
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include "body.h"
+#include "bond.h"
 #include "damage.h"
 #include "lanes.h"
 
@@ -12,64 +13,74 @@ void PD_FOR_THIS_SET(pd_lattice_bond)(pd_body *b);
 
 /* Force densities of the lanes of a chunk from `part` on, the planes around it being in
  * `around`; is some bond that bears force longer than s_c |xi|? */
-PD_INLINE bool part_force(const int d, const bool breaks, const bool own,
-                          const pd_lattice *l, const pd_chunk *c, int part,
-                          const double *const *around, double s_c2,
+PD_INLINE bool part_force(const int d, const bool breaks, const int kind,
+                          const pd_lattice *l, const pd_ring *ring, const pd_chunk *c,
+                          int part, const double *const *around, double s_c2,
                           double (*force)[PD_LANES])
 {
-    const double *y = around[d > 1 ? l->reach : 0] + c->cell + part;
+    const int64_t cell = ring_cell(ring, c) + part;
+    const double *y = around[d > 1 ? l->reach : 0] + cell;
     lanes here[3], f[3] = {{0}};
     lane_bits over = {0};
     for (int a = 0; a < d; a++)
-        here[a] = PD_LOAD(y + a * l->plane);
+        here[a] = PD_LOAD(y + a * l->row);
     for (int k = 0; k < l->n_offsets; k++) {
         const pd_offset *o = &l->offset[k];
-        const double *there = around[o->plane] + c->cell + part + o->cell;
-        lanes Y[3], square = {0}, weight = {0};
+        const double *there = around[o->plane] + cell + ring->shift[k];
+        lanes Y[3], square = {0};
         for (int a = 0; a < d; a++) {
-            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
+            Y[a] = PD_LOAD(there + a * l->row) - here[a];
             square += Y[a] * Y[a];
         }
         lanes t = o->inverse - reciprocal_root(square);
-        if (own)
-            weight = PD_LOAD(c->weight + k * PD_LANES + part);
-        if (own)
+        lane_bits too_long = square > s_c2 * o->length * o->length;
+        if (kind == PD_OWN) {
+            const lanes weight = PD_LOAD(c->weight + k * PD_LANES + part);
             t *= weight;
-        else
+            too_long &= weight > 0;
+        } else {
             t *= o->weight;
+        }
+        if (kind == PD_GAPPED) {
+            const lane_bits bonds = lanes_of(c->bonds[k], part);
+            t = select_lanes(bonds, t);
+            too_long &= bonds;
+        }
         for (int a = 0; a < d; a++)
             f[a] += t * Y[a];
-        if (breaks && own)
-            over |= (square > s_c2 * o->length * o->length) & (weight > 0);
-        else if (breaks)
-            over |= square > s_c2 * o->length * o->length;
+        if (breaks)
+            over |= too_long;
     }
     for (int a = 0; a < d; a++)
         PD_STORE(force[a] + part, f[a]);
     return breaks && any_lane(over, c->count - part);
 }
 
-PD_INLINE bool chunk_force(const int d, const bool breaks, const bool own,
-                           const pd_lattice *l, const pd_chunk *c,
+PD_INLINE bool chunk_force(const int d, const bool breaks, const int kind,
+                           const pd_body *b, const pd_chunk *c,
                            const double *const *around, double s_c2,
                            double (*force)[PD_LANES])
 {
     bool over = false;
     for (int part = 0; part < c->count; part += PD_WIDTH)
-        over |= part_force(d, breaks, own, l, c, part, around, s_c2, force);
+        over |=
+            part_force(d, breaks, kind, b->lattice, b->own, c, part, around, s_c2, force);
     return over;
 }
 
 PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_t z,
                               pd_chunk *c, const double *const *around, double s_c2)
 {
-    const pd_lattice *l = b->lattice;
     double f[3][PD_LANES];
     for (bool again = true; again;) {
-        const bool over = c->weight
-                              ? chunk_force(d, breaks, true, l, c, around, s_c2, f)
-                              : chunk_force(d, breaks, false, l, c, around, s_c2, f);
-        again = over && pd_damage_break_chunk(b, z, c, s_c2);
+        bool over;
+        if (c->weight)
+            over = chunk_force(d, breaks, PD_OWN, b, c, around, s_c2, f);
+        else if (c->bonds)
+            over = chunk_force(d, breaks, PD_GAPPED, b, c, around, s_c2, f);
+        else
+            over = chunk_force(d, breaks, PD_WHOLE, b, c, around, s_c2, f);
+        again = over && pd_damage_break_chunk(b, z, c, s_c2) && !breaks_after_force(b);
     }
     double *force = b->force + (size_t)c->point * d;
     for (int q = 0; q < c->count; q++)

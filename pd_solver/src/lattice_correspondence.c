@@ -12,34 +12,34 @@ void PD_FOR_THIS_SET(pd_lattice_correspondence)(pd_body *b);
 
 /* sum_j w Y (x) xi of the lanes of a chunk from `part` on; is some bond that weighs
  * longer than s_c |xi|? */
-PD_INLINE bool part_sum(const int d, const bool breaks, const bool own,
-                        const pd_lattice *l, const pd_chunk *c, int part,
-                        const double *const *around, double s_c2, double (*sum)[PD_LANES])
+PD_INLINE bool part_sum(const int d, const bool breaks, const bool gapped,
+                        const pd_lattice *l, const pd_ring *ring, const pd_chunk *c,
+                        int part, const double *const *around, double s_c2,
+                        double (*sum)[PD_LANES])
 {
-    const double *y = around[l->reach] + c->cell + part;
+    const int64_t cell = ring_cell(ring, c) + part;
+    const double *y = around[l->reach] + cell;
     lanes here[3], S[9] = {{0}};
-    lane_bits over = {0};
+    lane_bits over = {0}, bonds = {0};
     for (int a = 0; a < d; a++)
-        here[a] = PD_LOAD(y + a * l->plane);
+        here[a] = PD_LOAD(y + a * l->row);
     for (int k = 0; k < l->n_offsets; k++) {
         const pd_offset *o = &l->offset[k];
-        const double *there = around[o->plane] + c->cell + part + o->cell;
-        lanes Y[3], square = {0}, weight = {0};
-        if (own)
-            weight = PD_LOAD(c->weight + k * PD_LANES + part);
+        const double *there = around[o->plane] + cell + ring->shift[k];
+        lanes Y[3], square = {0};
+        if (gapped)
+            bonds = lanes_of(c->bonds[k], part);
         for (int a = 0; a < d; a++) {
-            Y[a] = PD_LOAD(there + a * l->plane) - here[a];
+            Y[a] = PD_LOAD(there + a * l->row) - here[a];
+            if (gapped)
+                Y[a] = select_lanes(bonds, Y[a]);
             if (breaks)
                 square += Y[a] * Y[a];
-            if (own)
-                Y[a] *= weight;
         }
         for (int r = 0; r < d; r++)
             for (int t = 0; t < d; t++)
-                S[r * d + t] += Y[r] * (own ? o->xi[t] : o->weight_xi[t]);
-        if (breaks && own)
-            over |= (square > s_c2 * o->length * o->length) & (weight > 0);
-        else if (breaks)
+                S[r * d + t] += Y[r] * o->weight_xi[t];
+        if (breaks)
             over |= square > s_c2 * o->length * o->length;
     }
     for (int t = 0; t < d * d; t++)
@@ -47,14 +47,15 @@ PD_INLINE bool part_sum(const int d, const bool breaks, const bool own,
     return breaks && any_lane(over, c->count - part);
 }
 
-PD_INLINE bool chunk_sum(const int d, const bool breaks, const bool own,
-                         const pd_lattice *l, const pd_chunk *c,
-                         const double *const *around, double s_c2,
-                         double (*sum)[PD_LANES])
+PD_INLINE bool chunk_sum(const int d, const bool breaks, const bool gapped,
+                         const pd_body *b, const pd_chunk *c, const double *const *around,
+                         double s_c2, double (*sum)[PD_LANES])
 {
+    const sweeps *own = b->own;
     bool over = false;
     for (int part = 0; part < c->count; part += PD_WIDTH)
-        over |= part_sum(d, breaks, own, l, c, part, around, s_c2, sum);
+        over |=
+            part_sum(d, breaks, gapped, b->lattice, &own->y, c, part, around, s_c2, sum);
     return over;
 }
 
@@ -62,13 +63,12 @@ PD_INLINE bool chunk_sum(const int d, const bool breaks, const bool own,
 PD_INLINE void deform_chunk(const int d, const bool breaks, pd_body *b, int64_t z,
                             pd_chunk *c, const double *const *around, double s_c2)
 {
-    const pd_lattice *l = b->lattice;
     const sweeps *own = b->own;
     double sum[9][PD_LANES];
     for (bool again = true; again;) {
-        const bool over = c->weight
-                              ? chunk_sum(d, breaks, true, l, c, around, s_c2, sum)
-                              : chunk_sum(d, breaks, false, l, c, around, s_c2, sum);
+        const bool over = chunk_is_whole(c)
+                              ? chunk_sum(d, breaks, false, b, c, around, s_c2, sum)
+                              : chunk_sum(d, breaks, true, b, c, around, s_c2, sum);
         again = over && pd_damage_break_chunk(b, z, c, s_c2);
         for (int q = 0; again && q < c->count; q++)
             invert_lane(b, c, q);
@@ -79,7 +79,8 @@ PD_INLINE void deform_chunk(const int d, const bool breaks, pd_body *b, int64_t 
         for (int t = 0; t < d * d; t++)
             S[t] = sum[t][q];
         keep_gradient(d, b, i, S,
-                      c->weight ? b->K_inverse + (size_t)i * d * d : own->K_inverse);
+                      chunk_is_whole(c) ? own->K_inverse
+                                        : b->K_inverse + (size_t)i * d * d);
     }
 }
 
@@ -88,18 +89,19 @@ PD_INLINE void stress_chunk(const int d, pd_body *b, const pd_chunk *c, double *
 {
     const pd_lattice *l = b->lattice;
     const sweeps *own = b->own;
+    const int64_t cell = ring_cell(&own->Q, c);
     double P[PD_LANES * 9], Q[9];
     stress_points(d, b, c->point, c->count, P);
     for (int q = 0; q < c->count; q++) {
         const pd_local i = c->point + q;
         const double *K_inverse =
-            c->weight ? b->K_inverse + (size_t)i * d * d : own->K_inverse;
-        const double g = b->control ? (c->weight ? b->control[i] : own->g) : 0;
+            chunk_is_whole(c) ? own->K_inverse : b->K_inverse + (size_t)i * d * d;
+        const double g = b->control ? (chunk_is_whole(c) ? own->g : b->control[i]) : 0;
         keep_Q(d, b, i, P + q * d * d, K_inverse, g, Q);
         for (int t = 0; t < d * d; t++)
-            plane[t * l->plane + c->cell + q] = Q[t];
+            plane[cell + t * l->row + q] = Q[t];
         if (b->control)
-            plane[d * d * l->plane + c->cell + q] = b->carries[i] == PD_SOUND ? g : 0;
+            plane[cell + d * d * l->row + q] = b->carries[i] == PD_SOUND ? g : 0;
         if (c->exports) {
             for (int t = 0; t < d * d; t++)
                 b->Q[(size_t)i * d * d + t] = Q[t];
@@ -115,10 +117,11 @@ PD_INLINE void copy_others(const int d, const pd_body *b, int64_t z, double *pla
     const pd_lattice *l = b->lattice;
     for (int64_t m = l->other.first[z]; m < l->other.first[z + 1]; m++) {
         const pd_chunk *c = &l->other.chunk[m];
+        const int64_t cell = ring_cell(&((const sweeps *)b->own)->Q, c);
         for (int t = 0; t < d * d; t++)
-            plane[t * l->plane + c->cell] = b->Q[(size_t)c->point * d * d + t];
+            plane[cell + t * l->row] = b->Q[(size_t)c->point * d * d + t];
         if (b->control)
-            plane[d * d * l->plane + c->cell] = control_now(b, c->point);
+            plane[cell + d * d * l->row] = control_now(b, c->point);
     }
 }
 
@@ -127,62 +130,60 @@ PD_INLINE void add_control(const int d, const pd_lattice *l, lanes w_g, const do
                            const lanes *here, lanes *f)
 {
     for (int r = 0; r < d; r++)
-        f[r] += w_g * (PD_LOAD(y + r * l->plane) - here[r]);
+        f[r] += w_g * (PD_LOAD(y + r * l->row) - here[r]);
 }
 
 /* Force density of the lanes of a chunk from `part` on, [kim2023] eqs 28-29; y: planes of
  * positions, with control. */
-PD_INLINE void part_force(const int d, const bool own, const bool control,
-                          const pd_lattice *l, const pd_chunk *c, int part,
-                          const double *const *Q, const double *const *y,
+PD_INLINE void part_force(const int d, const bool gapped, const bool control,
+                          const pd_lattice *l, const sweeps *rings, const pd_chunk *c,
+                          int part, const double *const *Q, const double *const *y,
                           double (*force)[PD_LANES])
 {
-    const int64_t here = c->cell + part;
+    const int64_t here = ring_cell(&rings->Q, c) + part;
+    const int64_t y_here = ring_cell(&rings->y, c) + part;
     const double *Qi = Q[l->reach] + here;
     lanes f[3] = {{0}}, moment[3] = {{0}}, yi[3] = {{0}}, g = {0};
     if (control) {
-        g = PD_LOAD(Qi + d * d * l->plane);
+        g = PD_LOAD(Qi + d * d * l->row);
         for (int a = 0; a < d; a++)
-            yi[a] = PD_LOAD(y[l->reach] + here + a * l->plane);
+            yi[a] = PD_LOAD(y[l->reach] + y_here + a * l->row);
     }
     for (int k = 0; k < l->n_offsets; k++) {
         const pd_offset *o = &l->offset[k];
-        const double *Qj = Q[o->plane] + here + o->cell;
-        lanes w = {0};
-        if (own)
-            w = PD_LOAD(c->weight + k * PD_LANES + part);
+        const double *Qj = Q[o->plane] + here + rings->Q.shift[k];
+        lane_bits bonds = {0};
+        if (gapped)
+            bonds = lanes_of(c->bonds[k], part);
         for (int t = 0; t < d; t++) {
-            const lanes w_xi = w * o->xi[t];
+            const lanes w_xi = select_lanes(bonds, o->weight_xi[t] + (lanes){0});
             moment[t] += w_xi;
             for (int r = 0; r < d; r++)
-                if (own)
-                    f[r] += PD_LOAD(Qj + (r * d + t) * l->plane) * w_xi;
+                if (gapped)
+                    f[r] += PD_LOAD(Qj + (r * d + t) * l->row) * w_xi;
                 else
-                    f[r] += PD_LOAD(Qj + (r * d + t) * l->plane) * o->weight_xi[t];
+                    f[r] += PD_LOAD(Qj + (r * d + t) * l->row) * o->weight_xi[t];
         }
         if (control) {
-            const lanes both = g + PD_LOAD(Qj + d * d * l->plane);
-            const double *yj = y[o->plane] + here + o->cell;
-            if (own)
-                add_control(d, l, w * both, yj, yi, f);
-            else
-                add_control(d, l, o->weight * both, yj, yi, f);
+            const lanes w_g = o->weight * (g + PD_LOAD(Qj + d * d * l->row));
+            add_control(d, l, gapped ? select_lanes(bonds, w_g) : w_g,
+                        y[o->plane] + y_here + rings->y.shift[k], yi, f);
         }
     }
     /* The moment of a full family is zero. */
-    for (int r = 0; own && r < d; r++)
+    for (int r = 0; gapped && r < d; r++)
         for (int t = 0; t < d; t++)
-            f[r] += PD_LOAD(Qi + (r * d + t) * l->plane) * moment[t];
+            f[r] += PD_LOAD(Qi + (r * d + t) * l->row) * moment[t];
     for (int r = 0; r < d; r++)
         PD_STORE(force[r] + part, f[r]);
 }
 
-PD_INLINE void chunk_force(const int d, const bool own, const bool control,
-                           const pd_lattice *l, const pd_chunk *c, const double *const *Q,
+PD_INLINE void chunk_force(const int d, const bool gapped, const bool control,
+                           const pd_body *b, const pd_chunk *c, const double *const *Q,
                            const double *const *y, double (*force)[PD_LANES])
 {
     for (int part = 0; part < c->count; part += PD_WIDTH)
-        part_force(d, own, control, l, c, part, Q, y, force);
+        part_force(d, gapped, control, b->lattice, b->own, c, part, Q, y, force);
 }
 
 PD_INLINE void force_of_chunk(const int d, const bool control, pd_body *b,
@@ -190,10 +191,10 @@ PD_INLINE void force_of_chunk(const int d, const bool control, pd_body *b,
                               const double *const *y)
 {
     double f[3][PD_LANES];
-    if (c->weight)
-        chunk_force(d, true, control, b->lattice, c, Q, y, f);
+    if (chunk_is_whole(c))
+        chunk_force(d, false, control, b, c, Q, y, f);
     else
-        chunk_force(d, false, control, b->lattice, c, Q, y, f);
+        chunk_force(d, true, control, b, c, Q, y, f);
     double *force = b->force + (size_t)c->point * d;
     for (int q = 0; q < c->count; q++)
         for (int r = 0; r < d; r++)

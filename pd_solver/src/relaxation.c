@@ -3,11 +3,11 @@
  * in the metric of a fictitious mass (smooth.c) instead of the diagonal one and adaptive
  * damping of [kilic2010]; docs/relaxation.md compares them.
  *
- * An iteration is one evaluation of forces. With the unbalanced forces g (N) at a base y,
- * the direction is p = H g, where H is M^-1 improved by the last pairs (s, q) of
- * displacements and the internal forces that they caused. y + p is taken unless it goes
- * far beyond the place along p where the forces balance: then the next iteration goes
- * back to that place. Energies are not needed, so that every formulation can be relaxed.
+ * An iteration is one evaluation of forces. With the unbalanced forces g (N) the step is
+ * p = H g, where H is M^-1 improved by the last pairs (s, q) of displacements and the
+ * internal forces that they caused. No search along p is made: the pairs learn from a
+ * step too long, and searches cost what they saved. Nor are energies needed, so that
+ * every formulation can be relaxed.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -26,16 +26,16 @@ enum { PAIRS = 8, VECTORS = 6 };
 /* Share of M^-1 g in the first steps, before a pair says how stiff the body is. */
 #define CAUTIOUS 0.2
 
-/* How far beyond balance a step may go: opposing power after it over that before it. */
-#define OVERSHOOT 2.
-
-/* A step is cut this often when it overshoots, or when forces fail, before it is taken as
- * it is, or the failure is passed on. Each time to at most SHORTER of it. */
+/* A step after which forces fail is cut this often, each time to SHORTER of it. */
 enum { CUTS = 10 };
 #define SHORTER 0.25
 
-/* Share in the residual's reference of the largest unbalanced force so far, for bodies
- * that come to rest without load. */
+/* Iterations with failing forces that a jump of prescribed components may take before the
+ * failure is passed on; without a jump, in a row. */
+enum { MOST_FAILURES = 100 };
+
+/* Share in the residual's reference of what was unbalanced at the start and where
+ * prescribed components moved, for bodies that come to rest without load. */
 #define REMEMBERED 1e-3
 
 /* Unbalanced forces below this share of those that displacements as large as positions
@@ -46,28 +46,41 @@ struct pd_relaxation {
     pd_body *body; /* borrowed */
     pd_smooth smooth;
     unsigned char *prescribed; /* [n_moving] that smooth and the pairs are made for */
-    size_t size;               /* n_moving d, the length of all that follow */
-    double *store;             /* all arrays in one */
-    double *internal;          /* forces without loads at y, N */
-    double *base,
-        *base_internal; /* where the direction was chosen, and the forces there */
-    double *direction;
-    double
-        *motion; /* still to come of prescribed components, and of the rest with them */
+
+    /* Vectors [n_moving][d]. */
+    size_t size;
+    double *store;                /* holds all of them */
+    double *internal;             /* forces without loads at y, N */
+    double *base, *base_internal; /* y and these where direction was chosen */
+    double *direction;            /* m */
+    double *motion;               /* what prescribed components lack, m */
     double *work;
-    double *moved[PAIRS], *answer[PAIRS]; /* s and q, rings */
-    double inverse[PAIRS];                /* 1/(s . q) */
+    double *moved[PAIRS], *answer[PAIRS]; /* s, m, and q, N; rings */
+
+    double inverse[PAIRS]; /* 1/(s . q) */
     int pairs, latest;
-    double scale;   /* of M^-1 in H */
-    double length;  /* of the step along direction */
-    double stride;  /* share of motion to try next */
-    int cuts;       /* of this direction; 0 while none is chosen */
-    bool searching; /* the next iteration goes on along direction */
+    double scale;      /* of M^-1 in H */
+    double length;     /* of the step along direction */
+    double stride;     /* share of motion to try next */
+    double remembered; /* norm of unbalanced forces, see REMEMBERED, N */
+    double noise;      /* norm of forces that round-off causes, N */
+    int failures;      /* see MOST_FAILURES */
     bool started;
-    double largest_unbalance;
 };
 
 /* ---- creation ---- */
+
+static double noise_of(const pd_relaxation *r)
+{
+    const pd_body *b = r->body;
+    const size_t d = (size_t)b->options.dimension;
+    double farthest = 0, squares = 0;
+    for (size_t c = 0; c < r->size; c++) {
+        farthest = fmax(farthest, fabs(b->y[c]));
+        squares += r->smooth.stiffness[c / d] * r->smooth.stiffness[c / d];
+    }
+    return ROUNDING * farthest * sqrt(squares);
+}
 
 pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
 {
@@ -101,6 +114,7 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
     }
     r->scale = CAUTIOUS;
     r->stride = 1;
+    r->noise = noise_of(r);
     memset(b->v, 0, r->size * sizeof *b->v);
     *relaxation = r;
     return pd_status_ok();
@@ -152,12 +166,6 @@ static void unbalanced(const pd_relaxation *r, const double *internal, double *g
 
 /* ---- direction ---- */
 
-static void forget(pd_relaxation *r)
-{
-    r->pairs = 0;
-    r->searching = false;
-}
-
 /* f := H f, by the two loops of [nocedal1980]. */
 static void improve(pd_relaxation *r, double *f)
 {
@@ -190,11 +198,9 @@ static void choose(pd_relaxation *r)
         improve(r, r->direction);
         if (r->pairs == 0 || product(r, r->direction, r->work) > 0)
             break;
-        forget(r);
+        r->pairs = 0;
     }
     r->length = 1;
-    r->cuts = 0;
-    r->searching = true;
 }
 
 /* Remember the pair of the step that was taken, if the body resisted it. */
@@ -209,8 +215,12 @@ static void learn(pd_relaxation *r)
     }
     pd_smooth_apply(&r->smooth, r->work);
     const double stiffness = product(r, s, q), soft = product(r, r->work, q);
-    if (!(stiffness > 1e-6 * sqrt(product(r, s, s) * product(r, q, q)) && soft > 0))
+    const double answer = sqrt(product(r, q, q));
+    if (!(stiffness > 1e-6 * sqrt(product(r, s, s)) * answer && soft > 0 &&
+          answer > 10 * r->noise)) {
+        r->pairs -= r->pairs == PAIRS; /* the oldest was written over */
         return;
+    }
     r->inverse[next] = 1 / stiffness;
     r->scale = stiffness / soft;
     r->latest = next;
@@ -227,7 +237,7 @@ static void adopt(pd_relaxation *r)
         return;
     memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
     pd_smooth_fix(&r->smooth);
-    forget(r);
+    r->pairs = 0;
 }
 
 /* Do prescribed components move now? By how much, and the free ones with them: into
@@ -250,32 +260,31 @@ static bool drive(pd_relaxation *r, const pd_prescribed *prescribed)
     return driven;
 }
 
-/* Move along the direction, less far if forces fail there. */
-static pd_status search(pd_relaxation *r, const pd_prescribed *prescribed)
+/* Is a failure of forces to be met by a shorter step? */
+static bool may_shorten(pd_relaxation *r, pd_status status, int cuts)
 {
-    for (int tries = 0;; tries++) {
+    if (status.code == PD_OK || cuts == CUTS)
+        return false;
+    if (cuts == 0)
+        r->failures++;
+    return r->failures <= MOST_FAILURES;
+}
+
+/* Move along the direction, less far if forces fail there. */
+static pd_status advance(pd_relaxation *r, const pd_prescribed *prescribed)
+{
+    pd_status status;
+    for (int cuts = 0;; cuts++) {
         for (size_t c = 0; c < r->size; c++)
             r->body->y[c] = r->base[c] + r->length * r->direction[c];
         pd_place_prescribed(r->body, prescribed);
-        const pd_status status = evaluate(r);
-        if (status.code == PD_OK || tries == CUTS)
+        status = evaluate(r);
+        if (status.code == PD_OK && cuts == 0)
+            r->failures = 0;
+        if (!may_shorten(r, status, cuts))
             return status;
         r->length *= SHORTER;
     }
-}
-
-/* Keep the place that the step led to, or have the next iteration go back a little. */
-static void conclude(pd_relaxation *r)
-{
-    unbalanced(r, r->base_internal, r->work);
-    const double before = product(r, r->direction, r->work);
-    unbalanced(r, r->internal, r->work);
-    const double after = product(r, r->direction, r->work);
-    r->searching = after < -OVERSHOOT * before && r->cuts++ < CUTS;
-    if (r->searching)
-        r->length *= fmax(before / (before - after), 0.1);
-    else
-        learn(r);
 }
 
 /* Move prescribed components, the free ones with them and along the direction; a part of
@@ -283,33 +292,30 @@ static void conclude(pd_relaxation *r)
  * free components change with the prescribed ones too. */
 static pd_status follow(pd_relaxation *r, const pd_prescribed *prescribed)
 {
-    r->searching = false;
-    for (int tries = 0;; tries++) {
+    for (int cuts = 0;; cuts++) {
         for (size_t c = 0; c < r->size; c++)
             r->body->y[c] = r->base[c] + r->stride * r->motion[c] +
                             fmin(r->stride, r->length) * r->direction[c];
         if (r->stride == 1)
             pd_place_prescribed(r->body, prescribed);
         const pd_status status = evaluate(r);
-        if (status.code == PD_OK || tries == CUTS)
+        if (!may_shorten(r, status, cuts))
             return status;
         r->stride *= SHORTER;
     }
 }
 
 /* See docs/relaxation.md. */
-static double residual_of(pd_relaxation *r)
+static double residual_of(pd_relaxation *r, bool remember)
 {
     const pd_body *b = r->body;
     const int d = b->options.dimension;
-    double unbalance = 0, loads = 0, reactions = 0, rounding = 0, farthest = 0;
+    double unbalance = 0, loads = 0, reactions = 0;
     for (pd_local p = 0; p < b->n_moving; p++)
         for (int a = 0; a < d; a++) {
             const size_t c = (size_t)p * d + a;
             const double load = b->load ? b->volume[p] * b->load[c] : 0;
             const double force = r->internal[c] + load;
-            farthest = fmax(farthest, fabs(b->y[c]));
-            rounding += r->smooth.stiffness[p] * r->smooth.stiffness[p];
             if (pd_is_prescribed(b, p, a)) {
                 reactions += force * force;
                 continue;
@@ -318,35 +324,40 @@ static double residual_of(pd_relaxation *r)
             loads += load * load;
         }
     unbalance = sqrt(unbalance);
-    r->largest_unbalance = fmax(r->largest_unbalance, unbalance);
-    if (unbalance <= ROUNDING * farthest * sqrt(rounding))
+    if (remember)
+        r->remembered = fmax(r->remembered, unbalance);
+    if (unbalance <= r->noise)
         return 0;
-    return unbalance /
-           (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->largest_unbalance);
+    return unbalance / (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->remembered);
+}
+
+static pd_status start(pd_relaxation *r)
+{
+    if (r->started)
+        return pd_status_ok();
+    PD_TRY(evaluate(r));
+    residual_of(r, true);
+    r->started = true;
+    return pd_status_ok();
 }
 
 pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
                              double *residual)
 {
     PD_TRY(pd_prescribe(r->body, prescribed));
-    if (!r->started)
-        PD_TRY(evaluate(r));
-    r->started = true;
+    PD_TRY(start(r));
     adopt(r);
-    if (drive(r, prescribed)) {
-        choose(r);
+    const bool driven = drive(r, prescribed);
+    choose(r);
+    if (driven) {
         PD_TRY(follow(r, prescribed));
-        *residual = residual_of(r);
-        if (r->stride < 1)
-            *residual = fmax(*residual, 1);
-        r->stride = fmin(2 * r->stride / (1 - fmin(r->stride, 0.9)), 1);
-        return pd_status_ok();
+        *residual = fmax(residual_of(r, true), r->stride < 1 ? 1 : 0);
+        r->failures = r->stride < 1 ? r->failures : 0;
+        r->stride = r->stride < 1. / 3 ? 2 * r->stride / (1 - r->stride) : 1;
+    } else {
+        PD_TRY(advance(r, prescribed));
+        learn(r);
+        *residual = residual_of(r, false);
     }
-    r->stride = 1;
-    if (!r->searching)
-        choose(r);
-    PD_TRY(search(r, prescribed));
-    conclude(r);
-    *residual = residual_of(r);
     return pd_status_ok();
 }

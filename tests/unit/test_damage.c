@@ -105,6 +105,35 @@ static void only_the_bond_stretched_too_far_breaks(void **state)
     points_free(&cloud);
 }
 
+/* On the lattice path and on the general one. */
+static void bond_may_bear_force_once_more_before_it_breaks(void **state)
+{
+    for (int general = 0; general < 2; general++) {
+        points cloud = lattice(2, 5, 4, 1, 1);
+        pd_body_options options = breakable(2, 1.25, 1.5);
+        options.general = general;
+        options.formulation = pd_formulation_find("bond");
+        options.material = pd_material_find("microelastic");
+        options.formulation_parameters[1] = 1;
+        pd_body *later = body_of(&cloud, &options);
+        options.critical_stretch = 0;
+        pd_body *whole = body_of(&cloud, &options);
+        const double s = 1.5 * (1 + ldexp(1, -40));
+        stretch_along_x(later, s);
+        stretch_along_x(whole, s);
+        const pd_body_view a = pd_body_fields(later), b = pd_body_fields(whole);
+        for (pd_local c = 0; c < 2 * a.n_owned; c++)
+            assert_near(a.force[c], b.force[c], ROUNDING * force_scale(whole));
+        assert_true(largest(a.force, 40) > 0.1 * force_scale(whole));
+        assert_int_equal(pd_body_summary(later).broken_bonds, 16);
+        stretch_along_x(later, s);
+        assert_no_force(later);
+        pd_body_destroy(later);
+        pd_body_destroy(whole);
+        points_free(&cloud);
+    }
+}
+
 static void broken_bond_never_heals(void **state)
 {
     points cloud = lattice(2, 5, 4, 1, 1);
@@ -718,6 +747,7 @@ int main(void)
         cmocka_unit_test(bond_at_the_critical_stretch_holds),
         cmocka_unit_test(bond_beyond_the_critical_stretch_breaks),
         cmocka_unit_test(only_the_bond_stretched_too_far_breaks),
+        cmocka_unit_test(bond_may_bear_force_once_more_before_it_breaks),
         cmocka_unit_test(broken_bond_never_heals),
         cmocka_unit_test(bond_compressed_to_nothing_holds),
         cmocka_unit_test(bonds_without_critical_stretch_hold),
