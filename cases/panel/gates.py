@@ -2,9 +2,20 @@
 import cmath
 import math
 
+STATIC = (4, 6, 8, 12, 16)
+VIBRATION = (4, 6, 8)
+OTHERS = {
+    "weakControl": ["zeroEnergy=1"],
+    "longHorizon": ["horizon=3.015"],
+    "bond": ["formulation=bond"],
+    "bondLongHorizon": ["formulation=bond", "horizon=3.015"],
+}
+
 RUNS = {
-    **{f"static{n}": ["variant=static", f"N={n}"] for n in (4, 6, 8, 12)},
-    **{f"vibration{n}": ["variant=vibration", f"N={n}"] for n in (4, 6, 8)},
+    **{f"static{n}": ["variant=static", f"N={n}"] for n in STATIC},
+    **{f"{name}{n}": ["variant=static", f"N={n}", *arguments]
+       for name, arguments in OTHERS.items() for n in (8, 16)},
+    **{f"vibration{n}": ["variant=vibration", f"N={n}"] for n in VIBRATION},
     "step6": ["variant=step", "N=6"],
 }
 

@@ -1,11 +1,17 @@
 """The runs of the torsion's validation, and what is read from them."""
 
+REFINEMENTS = (4, 6, 8, 12, 16)
+CONTROLS = {"weakControl": 1, "strongControl": 4}
+
 RUNS = {
-    **{f"compressible{n}": [f"N={n}"] for n in (4, 6, 8, 12)},
-    **{f"incompressible{n}": [f"N={n}", "nuStab=0.49"] for n in (4, 6, 8, 12)},
+    **{f"compressible{n}": [f"N={n}"] for n in REFINEMENTS},
+    **{f"incompressible{n}": [f"N={n}", "nuStab=0.49"] for n in REFINEMENTS},
+    **{f"{name}{n}": [f"N={n}", f"zeroEnergy={value}"]
+       for name, value in CONTROLS.items() for n in (8, 12)},
+    "longHorizon12": ["N=12", "horizon=3.015"],
 }
 
-CENTRE = {"compressible": 0.265, "incompressible": 0.279}  # as reference.csv
+COMPRESSIBLE, NEARLY, INCOMPRESSIBLE = 0.265, 0.277, 0.279  # as reference.csv [cm]
 
 
 def last(run, table, column="displacement_x"):
@@ -22,20 +28,19 @@ def average(run):
     return (64 * centre(run) + 160 * last(run, "side") + 100 * last(run, "corner")) / 324
 
 
-def error_ratio(fine, coarse):
+def error_ratio(fine, coarse, reference=COMPRESSIBLE):
     """Error of the fine run over that of the coarse one."""
-    reference = CENTRE[fine.folder.name.rstrip("0123456789")]
     return (centre(fine) - reference) / (centre(coarse) - reference)
+
+
+def error_ratio_nearly(fine, coarse):
+    return error_ratio(fine, coarse, NEARLY)
+
+
+def error_ratio_incompressible(fine, coarse):
+    return error_ratio(fine, coarse, INCOMPRESSIBLE)
 
 
 def volume_change(run):
     """Mean over the points [%]."""
     return 100 * last(run, "beam", "mean(J-1)")
-
-
-def smallest_J(run):
-    return last(run, "beam", "min(J)")
-
-
-def largest_J(run):
-    return last(run, "beam", "max(J)")
