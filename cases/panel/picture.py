@@ -44,29 +44,32 @@ def over(value, reference):
 
 
 figure, (left, middle, right) = pyplot.subplots(1, 3, figsize=(11, 4),
-                                                width_ratios=(0.75, 1.3, 1.2))
+                                                width_ratios=(0.8, 1.3, 1.2))
 
 rest, moved, sigma, held = points(validated(CASE, "static8"), "1", "panel", "sigmaEq", "held")
 places, free = 1e3 * (rest + moved), held == 0
 left.add_patch(pyplot.Polygon([(0, 0), (1, 0), (1, 50), (0, 50)], fill=False, color=GREY,
                               ls="--", zorder=3))
-left.plot(*places[~free, :2].T, "s", ms=1.5, color=GREY)
-dots = left.scatter(*places[free, :2].T, c=1e-6 * sigma[free], s=1.5, lw=0, cmap="viridis")
+left.plot(*places[~free, :2].T, "s", ms=2, color=GREY)
+dots = left.scatter(*places[free, :2].T, c=1e-6 * sigma[free], s=3, lw=0, cmap="viridis")
 figure.colorbar(dots, ax=left, label="von Mises stress [MPa]", shrink=0.8)
 for y in range(5, 50, 10):
-    left.annotate("", (-0.3, y), (-3.3, y), arrowprops={"arrowstyle": "->", "color": "#b03030"})
-left.text(-3.5, 52.5, "100 kPa", color="#b03030")
-left.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", xlim=(-4, 7), ylim=(-2, 55),
-         title="N = 8, to scale")
+    left.annotate("", (-0.2, y), (-2.2, y), arrowprops={"arrowstyle": "->", "color": "#b03030"})
+left.text(-3, 52, "100 kPa", color="#b03030")
+left.set(aspect=1/3, xlabel="x [mm]", ylabel="y [mm]", xlim=(-3.5, 6), ylim=(-2, 55),
+         xticks=(0, 2, 4),
+         title="N = 8, x stretched 3 times")
 
 curves = (("static", gates.STATIC, gates.tip_displacement, gates.BEAM_TIP, "o-", COLOURS[0],
-           "tip, control 2, m = 2.015"),
+           "tip, zeroEnergy 2, horizon 2.015"),
           ("weakControl", (8, 16), gates.tip_displacement, gates.BEAM_TIP, "s:", COLOURS[0],
-           "tip, control 1"),
+           "tip, zeroEnergy 1"),
           ("longHorizon", (8, 16), gates.tip_displacement, gates.BEAM_TIP, "^:", COLOURS[0],
-           "tip, m = 3.015"),
+           "tip, horizon 3.015"),
           ("bond", (8, 16), gates.tip_displacement, gates.BEAM_TIP, "D:", COLOURS[2],
            "tip, bond"),
+          ("bondLongHorizon", (8, 16), gates.tip_displacement, gates.BEAM_TIP, "v:", COLOURS[2],
+           "tip, bond, horizon 3.015"),
           ("vibration", gates.VIBRATION, gates.frequency, gates.BEAM_FREQUENCY, "o-",
            COLOURS[1], "first frequency"))
 for name, levels, measure, reference, style, colour, label in curves:
