@@ -11,7 +11,7 @@ CASE = "branching_glass"
 PANELS = (("glass", 22, "300 x 120 points"), ("glass", 30, "300 x 120 points"),
           ("glass", 43, "300 x 120 points"), ("fine", 43, "600 x 240 points"))
 
-figure, axes = pyplot.subplots(2, 2, figsize=(10, 4.9))
+figure, axes = pyplot.subplots(2, 2, figsize=(10, 4.6))
 panels = []
 for axis, (name, time, title) in zip(axes.flat, PANELS):
     found = state(validated(CASE, name), "plate", time)
@@ -21,7 +21,7 @@ for axis, (name, time, title) in zip(axes.flat, PANELS):
     axis.spines[:].set_visible(False)
 axes[1, 0].plot([0, 20], [-20.9, -20.9], color="k", lw=2)
 axes[1, 0].text(21, -20.9, "20 mm", va="center")
-figure.colorbar(SCALE, ax=axes, label=LABEL, extend="max", shrink=0.7)
+figure.colorbar(SCALE, ax=axes, label=LABEL, extend="max", shrink=0.7, pad=0.01)
 figure.draw_without_rendering()
 for axis, X, u, damage, _ in panels:
     draw_points(axis, X, X + u, damage)

@@ -10,9 +10,9 @@ from damagePoints import LABEL, SCALE, draw_points, state
 CASE = "kalthoff_winkler"
 PANELS = (("space16", 50, "in space"), ("space16", 90, "in space"),
           ("strain200", 90, "plane strain"), ("stress200", 90, "plane stress"))
-TIP, REACH = (50, 25), 85  # mm
+TIP, REACH = (50, 25), 75  # mm
 
-figure, axes = pyplot.subplots(1, 4, figsize=(10.5, 5.2))
+figure, axes = pyplot.subplots(1, 4, figsize=(10.5, 4.9))
 panels = []
 for axis, (name, time, title) in zip(axes, PANELS):
     found = state(validated(CASE, name), "plate", time)
@@ -29,8 +29,9 @@ axes[0].plot([0, 20], [-103.5, -103.5], color="k", lw=2)
 axes[0].text(22, -103.5, "20 mm", va="center")
 axes[0].annotate("", (-1, 0), (-14, 0), annotation_clip=False,
                  arrowprops={"arrowstyle": "->", "color": "#b03030"})
-axes[0].set_xlabel("dashed: 65° and 70°")
-figure.colorbar(SCALE, ax=axes, label=LABEL, extend="max", shrink=0.7)
+axes[0].text(74, 90, "70°", ha="right", fontsize=8)
+axes[0].text(82, 85, "65°", fontsize=8)
+figure.colorbar(SCALE, ax=axes, label=LABEL, extend="max", shrink=0.7, pad=0.01)
 figure.draw_without_rendering()
 for axis, X, u, damage, _ in panels:
     draw_points(axis, X, X + u, damage)

@@ -61,7 +61,7 @@ for axis, (X, u, damage, time), speed in plates:
     axis.spines[:].set_visible(False)
 axes[1, 0].plot([0, 5], [-8, -8], color="k", lw=2, zorder=3)
 axes[1, 0].text(5.4, -8, "5 mm", va="center")
-figure.colorbar(SCALE, ax=axes[1], label=LABEL, extend="max", shrink=0.8)
+figure.colorbar(SCALE, ax=axes[1], label=LABEL, extend="max", shrink=0.8, pad=0.01)
 figure.draw_without_rendering()
 for axis, (X, u, damage, _), _ in plates:
     near = (X[:, 0] > 0) & (abs(X[:, 1]) < 8.5)
