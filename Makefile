@@ -59,6 +59,7 @@ UNIT_TESTS = \
     test_neighbourhood \
     test_formulations \
     test_bond_associated \
+    test_elementary \
     test_zero_energy \
     test_material \
     test_rate_material \

@@ -89,9 +89,10 @@ typedef struct {
     void (*moduli)(const double *parameters, int d, pd_plane plane, double *bulk,
                    double *shear);
 
-    /* First Piola-Kirchhoff stress P[n][d][d] (Pa) from F[n][d][d] (-) and J[n] = det F,
-     * J > 0 required. [PD_PLANE_STRAIN] serves d = 3 too, and has F33 = 1 in d = 2;
-     * [PD_PLANE_STRESS] is for d = 2 alone: P33 = 0, J that of the plane. NULL: none. */
+    /* First Piola-Kirchhoff stress P[d][d][n] (Pa) from F[d][d][n] (-) and J[n] = det F,
+     * J > 0 required: points last, so that loops over them become vector instructions.
+     * [PD_PLANE_STRAIN] serves d = 3 too, and has F33 = 1 in d = 2; [PD_PLANE_STRESS] is
+     * for d = 2 alone: P33 = 0, J that of the plane. NULL: none. */
     void (*stress[PD_PLANES])(const double *parameters, int d, size_t n, const double *F,
                               const double *J, double *P);
 

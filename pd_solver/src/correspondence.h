@@ -14,7 +14,10 @@ enum { ZERO_ENERGY }; /* of formulation_parameters */
 
 /* What a lattice needs besides. */
 typedef struct {
-    pd_ring y, Q;        /* Q: [d][d], then g where there is zero-energy control */
+    pd_ring y, force;
+    pd_ring Q;           /* [d][d], then g where there is zero-energy control */
+    int delay;           /* planes by which forces wait until bonds are broken */
+    double *moment;      /* [n_regular][d] sum_j w xi, of points with something missing */
     double K_inverse[9]; /* of a point with nothing missing around; with it */
     double g;
 } sweeps;
@@ -46,13 +49,20 @@ PD_INLINE void invert_shape(const int d, pd_body *b, pd_local i)
     keep_shape(d, b, i, K);
 }
 
-/* The same for a lane of a chunk that has weights of its own. */
+/* The same for a lane of a chunk that misses bonds, and its moment. */
 PD_INLINE void invert_lane(pd_body *b, const pd_chunk *c, int q)
 {
     const pd_lattice *l = b->lattice;
     double K[9] = {0};
-    for (int k = 0; k < l->n_offsets; k++)
-        add_dyad(l->d, chunk_weight(l, c, q, k), l->offset[k].xi, l->offset[k].xi, K);
+    double *moment = ((sweeps *)b->own)->moment + (size_t)(c->point + q) * (size_t)l->d;
+    for (int a = 0; a < l->d; a++)
+        moment[a] = 0;
+    for (int k = 0; k < l->n_offsets; k++) {
+        const double weight = chunk_weight(l, c, q, k), *xi = l->offset[k].xi;
+        add_dyad(l->d, weight, xi, xi, K);
+        for (int a = 0; a < l->d; a++)
+            moment[a] += weight * xi[a];
+    }
     keep_shape(l->d, b, c->point + q, K);
 }
 
@@ -88,13 +98,13 @@ PD_INLINE void keep_Q(const int d, const pd_body *b, pd_local i, const double *P
             Q[c] -= g * F[c];
 }
 
-/* P of points [start, start + n). */
-PD_INLINE void stress_points(const int d, const pd_body *b, pd_local start, pd_local n,
-                             double *P)
+#define PD_BLOCK 64 /* points whose F and P stay in the first-level cache */
+
+/* P[d][d][n] of n points from F[d][d][n] and J[n]. */
+PD_INLINE void stress_points(const int d, const pd_body *b, size_t n, const double *F,
+                             const double *J, double *P)
 {
-    b->options.material->stress[b->options.plane](b->options.parameters, d, (size_t)n,
-                                                  b->F + (size_t)start * d * d,
-                                                  b->J + start, P);
+    b->options.material->stress[b->options.plane](b->options.parameters, d, n, F, J, P);
 }
 
 /* g of a point as the force counts it. */

@@ -123,10 +123,21 @@ static pd_status allocate(pd_body *b)
     sweeps *own = b->own = calloc(1, sizeof *own);
     if (!own)
         return pd_status_fail(PD_NO_MEMORY, -1, "rings");
-    /* With control the second visit asks for y too. */
-    const int reach = b->lattice->reach;
-    PD_TRY(pd_ring_create(b->lattice, (int)d, (controlled ? 3 : 2) * reach + 1, &own->y));
-    return pd_ring_create(b->lattice, (int)(d * d) + controlled, 2 * reach + 1, &own->Q);
+    own->moment = calloc((size_t)b->n_regular * d + 1, sizeof *own->moment);
+    if (!own->moment)
+        return pd_status_fail(PD_NO_MEMORY, -1, "moments of %d points", b->n_regular);
+    /* In space a plane of Q goes into the forces around while it is near, after what
+     * breaks there is known; else, and for control, planes stay until all around are
+     * there. */
+    const int reach = b->lattice->reach, around = 2 * reach + 1;
+    const bool spreads = d == 3, stays = controlled || !spreads;
+    own->delay = spreads && pd_body_can_break(&b->options) ? reach : 0;
+    if (spreads)
+        PD_TRY(pd_ring_create(b->lattice, (int)d, around, &own->force));
+    PD_TRY(pd_ring_create(b->lattice, (int)d,
+                          around + (controlled ? reach + own->delay : 0), &own->y));
+    return pd_ring_create(b->lattice, (int)(d * d) + controlled,
+                          (stays ? around : 1) + own->delay, &own->Q);
 }
 
 static void release(pd_body *b)
@@ -134,7 +145,9 @@ static void release(pd_body *b)
     sweeps *own = b->own;
     if (own) {
         pd_ring_free(&own->y);
+        pd_ring_free(&own->force);
         pd_ring_free(&own->Q);
+        free(own->moment);
     }
     free(own);
 }
@@ -202,18 +215,29 @@ PD_INLINE void gradients(const int d, pd_body *b)
 
 /* ---- forces ---- */
 
-#define BLOCK 64 /* points whose P stays in the first-level cache */
+/* Turn [n][d * d] into [d * d][n]. */
+PD_INLINE void points_last(const int d, size_t n, const double *from, double *to)
+{
+    for (size_t p = 0; p < n; p++)
+        for (size_t c = 0; c < (size_t)(d * d); c++)
+            to[c * n + p] = from[p * (size_t)(d * d) + c];
+}
 
 PD_INLINE void stresses(const int d, pd_body *b)
 {
-    double P[BLOCK * 9];
-    for (pd_local start = b->n_regular; start < b->n_moving; start += BLOCK) {
-        const pd_local end = start + BLOCK < b->n_moving ? start + BLOCK : b->n_moving;
-        stress_points(d, b, start, end - start, P);
-        for (pd_local i = start; i < end; i++)
-            keep_Q(d, b, i, P + (size_t)(i - start) * d * d,
-                   b->K_inverse + (size_t)i * d * d, b->control ? b->control[i] : 0,
-                   b->Q + (size_t)i * d * d);
+    double F[PD_BLOCK * 9], P[PD_BLOCK * 9];
+    for (pd_local start = b->n_regular; start < b->n_moving; start += PD_BLOCK) {
+        const pd_local left = b->n_moving - start, n = left < PD_BLOCK ? left : PD_BLOCK;
+        points_last(d, (size_t)n, b->F + (size_t)start * d * d, F);
+        stress_points(d, b, (size_t)n, F, b->J + start, P);
+        for (pd_local q = 0; q < n; q++) {
+            const pd_local i = start + q;
+            double Pi[9];
+            for (int c = 0; c < d * d; c++)
+                Pi[c] = P[c * n + q];
+            keep_Q(d, b, i, Pi, b->K_inverse + (size_t)i * d * d,
+                   b->control ? b->control[i] : 0, b->Q + (size_t)i * d * d);
+        }
     }
 }
 

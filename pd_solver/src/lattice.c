@@ -125,12 +125,86 @@ static int list_offsets(const pd_lattice *l, double ratio, pd_offset *offset)
     return n;
 }
 
+/* Bits of the axes along which an offset goes. */
+static int axes_of(const pd_offset *o)
+{
+    int axes = 0;
+    for (int a = 0; a < 3; a++)
+        axes |= o->xi[a] != 0 ? 1 << a : 0;
+    return axes;
+}
+
+/* By plane, then by axes, then as they are. */
+static int in_order(const void *one, const void *two)
+{
+    const pd_offset *a = one, *b = two;
+    if (a->plane != b->plane)
+        return a->plane - b->plane;
+    if (axes_of(a) != axes_of(b))
+        return axes_of(a) - axes_of(b);
+    return a->cell - b->cell;
+}
+
+/* The mirrored half of the offsets is the first half, mirrored and backwards. */
+static void order_offsets(pd_lattice *l)
+{
+    const int half = l->n_offsets / 2;
+    qsort(l->offset, (size_t)half, sizeof *l->offset, in_order);
+    for (int k = 0; k < half; k++) {
+        pd_offset *o = &l->offset[l->n_offsets - 1 - k];
+        *o = l->offset[k];
+        o->plane = 2 * (l->d > 1 ? l->reach : 0) - o->plane;
+        o->cell = -o->cell;
+        o->rows = -o->rows;
+        o->along = -o->along;
+        for (int a = 0; a < 3; a++)
+            o->xi[a] = -o->xi[a];
+    }
+}
+
+static void list_runs(pd_lattice *l)
+{
+    int n = 0, plane = 0;
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_offset *o = &l->offset[k];
+        const int axes = axes_of(o);
+        if (n == 0 || k == l->n_offsets / 2 || o[-1].plane != o->plane ||
+            l->run[n - 1].axes != axes)
+            l->run[n++] = (pd_run){.axes = axes, .first = k};
+        l->run[n - 1].end = k + 1;
+        while (plane <= o->plane)
+            l->runs_of[plane++] = n - 1;
+    }
+    while (plane < 2 * PD_MOST_REACH + 2)
+        l->runs_of[plane++] = n;
+}
+
+static void list_folds(pd_lattice *l)
+{
+    int n = 0, plane = 0;
+    for (int k = 0; k < l->n_offsets; k++) {
+        const pd_offset *o = &l->offset[k];
+        while (plane <= o->plane)
+            l->folds_of[plane++] = n;
+        if (o->along >= 0)
+            l->fold[n++] = (pd_fold){o->rows, o->along, k};
+    }
+    while (plane < 2 * PD_MOST_REACH + 2)
+        l->folds_of[plane++] = n;
+}
+
+/* Cells before the first of a row: whole vectors. */
+static int64_t margin(const pd_lattice *l)
+{
+    return (l->reach + PD_LANES - 1) / PD_LANES * PD_LANES;
+}
+
 /* Cells of the padded box: a chunk at the end of a row may look a vector further. A row
  * is an odd number of cache lines: rows a power of two apart would meet in the same few.
  */
 static void lay_out(pd_lattice *l)
 {
-    const int64_t lines = (l->count[0] + 2 * l->reach) / PD_LANES + 2;
+    const int64_t lines = (margin(l) + l->count[0] + l->reach) / PD_LANES + 2;
     l->row = PD_LANES * (lines | 1);
     l->plane = l->d == 3 ? l->row * (l->count[1] + 2 * l->reach) : l->row;
     l->planes = l->d == 1 ? 1 : l->count[l->d - 1];
@@ -158,14 +232,21 @@ pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
     if (shared)
         return pd_status_ok();
     l.offset = malloc((size_t)l.n_offsets * sizeof *l.offset);
+    l.run = malloc((size_t)l.n_offsets * sizeof *l.run);
+    l.fold = malloc((size_t)l.n_offsets * sizeof *l.fold);
     *lattice = malloc(sizeof **lattice);
-    if (!l.offset || !*lattice) {
+    if (!l.offset || !l.run || !l.fold || !*lattice) {
         free(l.offset);
+        free(l.run);
+        free(l.fold);
         free(*lattice);
         *lattice = NULL;
         return pd_status_fail(PD_NO_MEMORY, -1, "a lattice");
     }
     list_offsets(&l, o->horizon_ratio, l.offset);
+    order_offsets(&l);
+    list_runs(&l);
+    list_folds(&l);
     **lattice = l;
     return pd_status_ok();
 }
@@ -194,6 +275,9 @@ void pd_lattice_free(pd_lattice *l)
     free_chunks(&l->regular, l->planes);
     free_chunks(&l->other, l->planes);
     free(l->offset);
+    free(l->run);
+    free(l->fold);
+    free(l->column);
     free(l->at);
     free(l->broken);
     free(l);
@@ -206,7 +290,7 @@ static int64_t cell_of(const pd_lattice *l, const double *X, int32_t *cell)
 {
     int64_t index[3] = {0};
     pd_lattice_index(l, X, index);
-    *cell = (int32_t)(index[0] + l->reach);
+    *cell = (int32_t)(index[0] + margin(l));
     if (l->d == 3)
         *cell += (int32_t)(l->row * (index[1] + l->reach));
     return l->d == 1 ? 0 : index[l->d - 1];
@@ -252,6 +336,35 @@ static pd_status chunk_regular(pd_body *b)
     pd_chunk *fitted = realloc(chunks->chunk, ((size_t)n + 1) * sizeof *chunks->chunk);
     if (fitted)
         chunks->chunk = fitted;
+    return pd_status_ok();
+}
+
+/* By x, then by row. */
+static int by_column(const void *one, const void *two)
+{
+    const pd_chunk *a = *(pd_chunk *const *)one, *b = *(pd_chunk *const *)two;
+    return a->x != b->x ? (a->x > b->x) - (a->x < b->x)
+                        : (a->row > b->row) - (a->row < b->row);
+}
+
+static pd_status order_by_column(pd_lattice *l)
+{
+    pd_chunks *chunks = &l->regular;
+    const size_t n = (size_t)chunks->first[l->planes];
+    pd_chunk **order = malloc((n + 1) * sizeof *order);
+    l->column = malloc((n + 1) * sizeof *l->column);
+    if (!order || !l->column) {
+        free(order);
+        return pd_status_fail(PD_NO_MEMORY, -1, "%zu chunks", n);
+    }
+    for (size_t m = 0; m < n; m++)
+        order[m] = &chunks->chunk[m];
+    for (int64_t z = 0; z < l->planes; z++)
+        qsort(order + chunks->first[z], (size_t)(chunks->first[z + 1] - chunks->first[z]),
+              sizeof *order, by_column);
+    for (size_t m = 0; m < n; m++)
+        l->column[m] = (int32_t)(order[m] - chunks->chunk);
+    free(order);
     return pd_status_ok();
 }
 
@@ -310,6 +423,7 @@ pd_status pd_lattice_fill(pd_body *b)
         return pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu cells", cells);
     memset(l->at, -1, cells * sizeof *l->at);
     PD_TRY(chunk_regular(b));
+    PD_TRY(order_by_column(l));
     PD_TRY(place_others(b));
     if (b->n_active > b->n_regular)
         mark_exports(b);
@@ -447,10 +561,14 @@ pd_status pd_ring_create(const pd_lattice *l, int components, int slots, pd_ring
                       .planes = l->planes};
     const size_t size = (size_t)ring->plane;
     ring->shift = malloc((size_t)l->n_offsets * sizeof *ring->shift);
-    ring->data = calloc((size_t)slots * size, sizeof *ring->data);
-    ring->nothing = calloc(size, sizeof *ring->nothing);
+    /* Rows are whole cache lines. */
+    const size_t bytes = size * sizeof *ring->data;
+    ring->data = aligned_alloc(64, (size_t)slots * bytes);
+    ring->nothing = aligned_alloc(64, bytes);
     if (!ring->shift || !ring->data || !ring->nothing)
         return pd_status_fail(PD_NO_MEMORY, -1, "%d planes of %zu numbers", slots, size);
+    memset(ring->data, 0, (size_t)slots * bytes);
+    memset(ring->nothing, 0, bytes);
     for (int k = 0; k < l->n_offsets; k++)
         ring->shift[k] = l->offset[k].rows * ring->stride + l->offset[k].along;
     return pd_status_ok();

@@ -20,6 +20,8 @@
 
 #define PD_LANES 8
 #define PD_MOST_OFFSETS 512 /* more make a family better stored */
+#define PD_MOST_FOLDED 45   /* rows times cells along: 9 x 5 in space, 1 x 13 in a plane \
+                             */
 #define PD_MOST_REACH 12    /* so far reach that many offsets in two dimensions */
 
 /* From a point to one of its neighbours. */
@@ -32,7 +34,20 @@ typedef struct {
     double inverse;      /* 1/|xi|, 1/m */
     double weight;       /* the formulation's, of a bond with nothing missing around */
     double weight_xi[3];
+    double too_long; /* the |Y|^2 beyond which a bond breaks, m2; set by a sweep */
 } pd_offset;
+
+/* An offset and its mirror along a row: a sum or difference of cells `along` away on both
+ * sides, of a row. */
+typedef struct {
+    int rows, along; /* along >= 0 */
+    int offset;      /* the one of the two with along */
+} pd_fold;
+
+/* Offsets [first, end); bit a of `axes` stands for xi_a != 0. */
+typedef struct {
+    int axes, first, end;
+} pd_run;
 
 typedef struct {
     pd_local point; /* the first */
@@ -60,8 +75,16 @@ typedef struct pd_lattice {
     int64_t count[3];           /* points of the box, along each axis */
     int64_t row, plane, planes; /* cells of a padded row and plane; planes in all */
     int n_offsets;
-    pd_offset *offset;
+    pd_offset *offset; /* the last is the first mirrored, and so on */
+
+    /* Offsets of one plane with the same components other than 0, in order; those of
+     * plane s are [runs_of[s], runs_of[s + 1]), half of all are of half the offsets. */
+    pd_run *run;
+    int runs_of[2 * PD_MOST_REACH + 2];
+    pd_fold *fold; /* those of plane s are [folds_of[s], folds_of[s + 1]) */
+    int folds_of[2 * PD_MOST_REACH + 2];
     pd_chunks regular, other; /* other: active points of the general path */
+    int32_t *column;          /* regular chunks, plane by plane, by x and then by row */
     pd_local *at;             /* [planes][plane] the active point there, or -1 */
     uint64_t *broken;         /* [n_regular][n_offsets] bits; NULL until one can break */
 } pd_lattice;
@@ -84,6 +107,15 @@ pd_local pd_lattice_family(const pd_body *body, pd_local i, pd_local *neighbour,
 
 /* Take bond k of a lane out of a chunk. */
 pd_status pd_lattice_cut(pd_lattice *lattice, pd_chunk *chunk, int lane, int k);
+
+/* Bonds break beyond stretch s_c. */
+static inline void set_too_long(pd_lattice *lattice, double s_c)
+{
+    for (int k = 0; k < lattice->n_offsets; k++) {
+        const double most = s_c * lattice->offset[k].length;
+        lattice->offset[k].too_long = most * most;
+    }
+}
 
 static inline bool chunk_is_whole(const pd_chunk *chunk)
 {

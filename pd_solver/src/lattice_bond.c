@@ -15,13 +15,13 @@ void PD_FOR_THIS_SET(pd_lattice_bond)(pd_body *b);
  * `around`; is some bond that bears force longer than s_c |xi|? */
 PD_INLINE bool part_force(const int d, const bool breaks, const int kind,
                           const pd_lattice *l, const pd_ring *ring, const pd_chunk *c,
-                          int part, const double *const *around, double s_c2,
+                          int part, const double *const *around,
                           double (*force)[PD_LANES])
 {
     const int64_t cell = ring_cell(ring, c) + part;
     const double *y = around[d > 1 ? l->reach : 0] + cell;
     lanes here[3], f[3] = {{0}};
-    lane_bits over = {0};
+    lane_mask over = {0};
     for (int a = 0; a < d; a++)
         here[a] = PD_LOAD(y + a * l->row);
     for (int k = 0; k < l->n_offsets; k++) {
@@ -33,16 +33,18 @@ PD_INLINE bool part_force(const int d, const bool breaks, const int kind,
             square += Y[a] * Y[a];
         }
         lanes t = o->inverse - reciprocal_root(square);
-        lane_bits too_long = square > s_c2 * o->length * o->length;
+        lane_mask too_long = {0};
+        if (breaks)
+            too_long = lanes_above(square, o->too_long + (lanes){0});
         if (kind == PD_OWN) {
             const lanes weight = PD_LOAD(c->weight + k * PD_LANES + part);
             t *= weight;
-            too_long &= weight > 0;
+            too_long &= lanes_above(weight, (lanes){0});
         } else {
             t *= o->weight;
         }
         if (kind == PD_GAPPED) {
-            const lane_bits bonds = lanes_of(c->bonds[k], part);
+            const lane_mask bonds = lanes_of(c->bonds[k], part);
             t = select_lanes(bonds, t);
             too_long &= bonds;
         }
@@ -58,13 +60,11 @@ PD_INLINE bool part_force(const int d, const bool breaks, const int kind,
 
 PD_INLINE bool chunk_force(const int d, const bool breaks, const int kind,
                            const pd_body *b, const pd_chunk *c,
-                           const double *const *around, double s_c2,
-                           double (*force)[PD_LANES])
+                           const double *const *around, double (*force)[PD_LANES])
 {
     bool over = false;
     for (int part = 0; part < c->count; part += PD_WIDTH)
-        over |=
-            part_force(d, breaks, kind, b->lattice, b->own, c, part, around, s_c2, force);
+        over |= part_force(d, breaks, kind, b->lattice, b->own, c, part, around, force);
     return over;
 }
 
@@ -75,11 +75,11 @@ PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_
     for (bool again = true; again;) {
         bool over;
         if (c->weight)
-            over = chunk_force(d, breaks, PD_OWN, b, c, around, s_c2, f);
+            over = chunk_force(d, breaks, PD_OWN, b, c, around, f);
         else if (c->bonds)
-            over = chunk_force(d, breaks, PD_GAPPED, b, c, around, s_c2, f);
+            over = chunk_force(d, breaks, PD_GAPPED, b, c, around, f);
         else
-            over = chunk_force(d, breaks, PD_WHOLE, b, c, around, s_c2, f);
+            over = chunk_force(d, breaks, PD_WHOLE, b, c, around, f);
         again = over && pd_damage_break_chunk(b, z, c, s_c2) && !breaks_after_force(b);
     }
     double *force = b->force + (size_t)c->point * d;
@@ -90,11 +90,12 @@ PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_
 
 PD_INLINE void sweep(const int d, const bool breaks, pd_body *b)
 {
-    const pd_lattice *l = b->lattice;
+    pd_lattice *l = b->lattice;
     const pd_ring *ring = b->own;
     const int reach = d > 1 ? l->reach : 0;
     const double s_c = breaks ? pd_body_critical_stretch(b, 0, 0) : 0;
     const double *around[2 * PD_MOST_REACH + 1];
+    set_too_long(l, s_c);
     for (int64_t z = -reach; z < l->planes; z++) {
         pd_ring_fill(d, b, z + reach, b->y, ring);
         if (z < 0)

@@ -9,7 +9,9 @@
 
 #include <math.h>
 
+#include "elementary.h"
 #include "pd.h"
+#include "tensor.h"
 
 extern const pd_material pd_material_neo_hookean, pd_material_mooney_rivlin;
 extern const pd_material pd_material_st_venant_kirchhoff, pd_material_linear_elastic;
@@ -54,6 +56,19 @@ static inline void moduli_of_E_nu(const double *parameters, int d, pd_plane plan
     (void)d, (void)plane; /* the same in every plane */
     *bulk = E / (3 * (1 - 2 * nu));
     *shear = E / (2 * (1 + nu));
+}
+
+/* One tensor T[d][d] of a field [d][d][n]. */
+PD_INLINE void take_point(const int d, size_t n, size_t p, const double *from, double *T)
+{
+    for (int c = 0; c < d * d; c++)
+        T[c] = from[(size_t)c * n + p];
+}
+
+PD_INLINE void put_point(const int d, size_t n, size_t p, const double *T, double *to)
+{
+    for (int c = 0; c < d * d; c++)
+        to[(size_t)c * n + p] = T[c];
 }
 
 /* Rate forms of the linear law, in material_rate.c. */

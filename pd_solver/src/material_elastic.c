@@ -7,7 +7,6 @@
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include "material.h"
-#include "tensor.h"
 
 static const pd_parameter E_nu[] = {PARAMETER_E, PARAMETER_NU};
 
@@ -31,18 +30,23 @@ PD_INLINE void green_strain(const int d, const double *F, double *E)
         }
 }
 
-PD_INLINE void st_venant_points(const int d, lame m, size_t n, const double *F, double *P)
+PD_INLINE void st_venant_points(const int d, lame m, size_t n, const double *restrict F,
+                                double *restrict P)
 {
-    for (size_t p = 0; p < n; p++, F += d * d, P += d * d) {
-        double S[9];
-        green_strain(d, F, S);
+    PD_INDEPENDENT
+    for (size_t p = 0; p < n; p++) {
+        double Fp[9], S[9], Pp[9];
+        take_point(d, n, p, F, Fp);
+        green_strain(d, Fp, S);
         const double volumetric = m.lambda * trace(d, S);
         for (int c = 0; c < d * d; c++)
             S[c] = 2 * m.mu * S[c] + (c % (d + 1) == 0 ? volumetric : 0);
-        multiply(d, F, S, P);
+        multiply(d, Fp, S, Pp);
+        put_point(d, n, p, Pp, P);
     }
 }
 
+PD_FOR_EVERY_SET
 static void st_venant_stress(const double *parameters, int d, size_t n, const double *F,
                              const double *J, double *P)
 {
@@ -173,13 +177,16 @@ PD_INLINE double polar(const int d, const double *F, double *R)
     return trace_U;
 }
 
-PD_INLINE void linear_points(const int d, lame m, size_t n, const double *F, double *P)
+PD_INLINE void linear_points(const int d, lame m, size_t n, const double *restrict F,
+                             double *restrict P)
 {
-    for (size_t p = 0; p < n; p++, F += d * d, P += d * d) {
-        double R[9];
-        const double volumetric = m.lambda * (polar(d, F, R) - d);
+    for (size_t p = 0; p < n; p++) {
+        double Fp[9], R[9], Pp[9];
+        take_point(d, n, p, F, Fp);
+        const double volumetric = m.lambda * (polar(d, Fp, R) - d);
         for (int c = 0; c < d * d; c++)
-            P[c] = 2 * m.mu * (F[c] - R[c]) + volumetric * R[c];
+            Pp[c] = 2 * m.mu * (Fp[c] - R[c]) + volumetric * R[c];
+        put_point(d, n, p, Pp, P);
     }
 }
 

@@ -10,7 +10,6 @@
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include "material.h"
-#include "tensor.h"
 
 typedef struct {
     double c1, c2, kappa; /* Pa */
@@ -70,8 +69,8 @@ PD_INLINE void second_part(const int d, double I1, const double *F, double *T)
 PD_INLINE void stress_at(const int d, const bool second, rubber m, const double *F,
                          double J, double t, double *P)
 {
-    const double log_J = log(d == 2 ? J * t : J);
-    const double first = 2 * m.c1 * exp(-2. / 3 * log_J); /* 2 c1 J^(-2/3) */
+    const double log_J = plain_log(d == 2 ? J * t : J);
+    const double first = 2 * m.c1 * plain_exp(-2. / 3 * log_J); /* 2 c1 J^(-2/3) */
     double I1 = dot(d * d, F, F);
     if (d == 2)
         I1 += t * t;
@@ -83,7 +82,7 @@ PD_INLINE void stress_at(const int d, const bool second, rubber m, const double 
                 P[r * d + c] = first * F[r * d + c] + volumetric * F_inverse[c * d + r];
         return;
     }
-    const double other = 2 * m.c2 * exp(-4. / 3 * log_J);
+    const double other = 2 * m.c2 * plain_exp(-4. / 3 * log_J);
     double T[9];
     second_part(d, I1, F, T);
     double I2 = dot(d * d, F, T); /* F : (I1 F - F C) = I1 tr C - tr C^2 */
@@ -178,14 +177,21 @@ static double out_of_plane(rubber m, const double *F, double J)
 /* ---- many points ---- */
 
 PD_INLINE void stress_points(const int d, const bool second, const bool thins, rubber m,
-                             size_t n, const double *F, const double *J, double *P)
+                             size_t n, const double *restrict F, const double *restrict J,
+                             double *restrict P)
 {
-    for (size_t p = 0; p < n; p++, F += d * d, P += d * d)
-        stress_at(d, second, m, F, J[p], thins ? thickness(m, F, J[p]) : 1, P);
+    PD_INDEPENDENT
+    for (size_t p = 0; p < n; p++) {
+        double Fp[9], Pp[9];
+        take_point(d, n, p, F, Fp);
+        stress_at(d, second, m, Fp, J[p], thins ? thickness(m, Fp, J[p]) : 1, Pp);
+        put_point(d, n, p, Pp, P);
+    }
 }
 
 /* ---- neo-Hookean ---- */
 
+PD_FOR_EVERY_SET
 static void neo_hookean_stress(const double *parameters, int d, size_t n, const double *F,
                                const double *J, double *P)
 {
@@ -263,6 +269,7 @@ const pd_material pd_material_neo_hookean = {
 
 /* ---- Mooney-Rivlin ---- */
 
+PD_FOR_EVERY_SET
 static void mooney_rivlin_stress(const double *parameters, int d, size_t n,
                                  const double *F, const double *J, double *P)
 {

@@ -410,20 +410,26 @@ static void stress_exerts_no_couple(void **state)
     for_every_specimen(check_symmetry);
 }
 
+/* As many as take whole vectors and leave some over. */
+#define BATCH 19
+
 static void check_batch(const specimen *s)
 {
     const size_t dd = (size_t)(s->d * s->d);
-    double F[3 * 9], J[3], P[3 * 9], alone[9];
-    for (size_t p = 0; p < 3; p++) {
+    double F[BATCH * 9], J[BATCH], P[BATCH * 9], one[9], alone[9];
+    for (size_t p = 0; p < BATCH; p++) {
         for (size_t c = 0; c < dd; c++)
-            F[p * dd + c] = s->F[c] * (1 + 0.1 * (double)p);
-        J[p] = volume_ratio(s->d, F + p * dd);
+            F[c * BATCH + p] = one[c] = s->F[c] * (1 + 0.01 * (double)p);
+        J[p] = volume_ratio(s->d, one);
     }
-    s->material->stress[s->plane](s->parameters, s->d, 3, F, J, P);
-    for (size_t p = 0; p < 3; p++) {
-        stress_of_specimen(s, F + p * dd, alone);
+    s->material->stress[s->plane](s->parameters, s->d, BATCH, F, J, P);
+    for (size_t p = 0; p < BATCH; p++) {
         for (size_t c = 0; c < dd; c++)
-            assert_near(P[p * dd + c], alone[c], 0); /* the same operations */
+            one[c] = F[c * BATCH + p];
+        stress_of_specimen(s, one, alone);
+        /* The same operations, but vectors may fuse others of them. */
+        for (size_t c = 0; c < dd; c++)
+            assert_near(P[c * BATCH + p], alone[c], 10 * ROUNDING * s->modulus);
     }
 }
 
