@@ -295,7 +295,8 @@ void Foam::periFoam::report::writeBodyRow(const label bodyi)
     writeCurrentTime(os);
     os  << tab << s.mean_volume_change << tab << s.sum_volume_change
         << tab << s.smallest_J << tab << s.largest_J
-        << tab << s.kinetic_energy << tab << s.strain_energy
+        << tab << s.kinetic_energy
+        << tab << scene_.bodies()[bodyi].strainEnergy()
         << tab << s.largest_speed
         << tab << label(s.bonds) << tab << label(s.broken_bonds)
         << tab << label(s.singular) << tab << label(s.inverted)

@@ -265,7 +265,6 @@ void Foam::periFoam::solidRun::tell()
      || wall_.total() > toldAt_ + silence
     )
     {
-        toldAt_ = wall_.total();
         OStringStream how;
         if (integrator_)
         {
@@ -278,6 +277,7 @@ void Foam::periFoam::solidRun::tell()
                 << brief(relaxation_.residual);
         }
         report_->progress(how.str());
+        toldAt_ = wall_.total();
     }
     if (time_.writeTime())
     {

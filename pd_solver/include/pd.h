@@ -241,7 +241,6 @@ typedef struct {
 /* What a body amounts to. Sums over all ranks. */
 typedef struct {
     double kinetic_energy;        /* J (J/m) */
-    double strain_energy;         /* J (J/m) */
     double mean_volume_change;    /* mean of J - 1 over moving points that bear stress */
     double sum_volume_change;     /* sum of (J - 1) V over the same, m3 (m2) */
     double smallest_J, largest_J; /* over the same */
@@ -316,8 +315,12 @@ PD_API void pd_body_damage(const pd_body *body, double *damage);
  * no family, belong to the piece of number -1. */
 PD_API pd_local pd_body_pieces(const pd_body *body, pd_local *piece);
 
-/* Sums and extremes. Collective. */
+/* Sums and extremes; visits points and broken bonds. Collective. */
 PD_API pd_summary pd_body_summary(const pd_body *body);
+
+/* Strain energy, J (J/m); 0 where the formulation stores none. Visits every bond where
+ * the formulation's energy is one of bonds. Collective. */
+PD_API double pd_body_strain_energy(const pd_body *body);
 
 /* Fastest wave at rest (m/s). */
 PD_API double pd_body_wave_speed(const pd_body *body);

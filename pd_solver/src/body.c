@@ -362,6 +362,28 @@ static pd_status check_families(const pd_body *b)
     return pd_status_ok();
 }
 
+/* Undirected bonds. A bond between active points is seen from both ends, one to a point
+ * that keeps no family, which no family of a lattice reaches, from one. */
+static int64_t count_bonds(const pd_body *b)
+{
+    int64_t ends = 0;
+    pd_local i = 0;
+    while (i < b->n_active) {
+        const pd_chunk *c = i < b->n_regular ? pd_lattice_chunk(b, i) : NULL;
+        if (c && chunk_is_whole(c)) {
+            ends += (int64_t)c->count * b->lattice->n_offsets;
+            i += c->count;
+            continue;
+        }
+        pd_family family;
+        family_of(b, i, &family);
+        for (pd_local k = 0; k < family.count; k++)
+            ends += family.neighbour[k] < b->n_active ? 1 : 2;
+        i++;
+    }
+    return ends / 2;
+}
+
 static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double *volume,
                         const unsigned char *held)
 {
@@ -372,6 +394,7 @@ static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double
     PD_TRY(measure_holds(b));
     PD_TRY(b->options.formulation->prepare(b));
     PD_TRY(check_families(b));
+    b->n_bonds = count_bonds(b);
     if (pd_body_can_break(&b->options))
         PD_TRY(pd_damage_allocate(b));
     return pd_status_ok();
@@ -596,21 +619,6 @@ void pd_body_stress(const pd_body *b, double *sigma, double *plastic)
 
 /* ---- summary ---- */
 
-static void count_bonds(const pd_body *b, pd_summary *s)
-{
-    pd_family family;
-    for (pd_local i = 0; i < b->n_active; i++) {
-        family_of(b, i, &family);
-        for (pd_local k = 0; k < family.count; k++) {
-            /* A bond to a point that keeps no family is seen from this side only. */
-            if (family.neighbour[k] < i)
-                continue;
-            s->bonds++;
-            s->broken_bonds += family_broken(&family, k);
-        }
-    }
-}
-
 pd_summary pd_body_summary(const pd_body *b)
 {
     const int d = b->options.dimension;
@@ -635,8 +643,13 @@ pd_summary pd_body_summary(const pd_body *b)
         s.mean_volume_change = s.sum_volume_change / volume;
     else
         s.smallest_J = s.largest_J = 1;
-    if (b->options.formulation->energy)
-        s.strain_energy = b->options.formulation->energy(b);
-    count_bonds(b, &s);
+    s.bonds = b->n_bonds;
+    s.broken_bonds = pd_damage_count(b);
     return s;
+}
+
+double pd_body_strain_energy(const pd_body *b)
+{
+    const pd_formulation *f = b->options.formulation;
+    return f->energy ? f->energy(b) : 0;
 }

@@ -32,6 +32,7 @@ struct pd_body {
      * leaves every sum without a test; its bit tells it from a bond that never weighed
      * anything. */
     pd_families families;
+    int64_t n_bonds;  /* undirected, of all active points */
     double *weight;   /* [bonds] omega beta V_j, m3; in bond c beta nu V_j, N/m3 */
     double *length;   /* [bonds] |xi|, m; NULL where the formulation does not ask */
     uint64_t *broken; /* [bonds] bits; NULL until a bond can break */
@@ -102,9 +103,14 @@ static inline double family_weight(const pd_body *b, pd_local i, const pd_family
     return chunk_weight(b->lattice, f->chunk, i - f->chunk->point, f->offset[k]);
 }
 
-/* Can bonds break? */
+/* Can bonds break? PD_NO_DAMAGE leaves damage out of the library, to measure what it costs
+ * where it is not used. */
 static inline bool pd_body_can_break(const pd_body_options *o)
 {
+#ifdef PD_NO_DAMAGE
+    (void)o;
+    return false;
+#endif
     return o->critical_stretch > 0 || o->energy_release > 0 || o->critical_stress > 0 ||
            o->failed_strain > 0;
 }

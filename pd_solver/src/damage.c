@@ -70,6 +70,32 @@ bool pd_damage_break_chunk(pd_body *body, int64_t z, pd_chunk *c, double s_c2)
     return any;
 }
 
+/* Ends of broken bonds of regular points: each bond has two. */
+static int64_t count_regular(const pd_body *body)
+{
+    const pd_lattice *l = body->lattice;
+    const int64_t words = ((int64_t)body->n_regular * l->n_offsets + 63) / 64;
+    int64_t ends = 0;
+    for (int64_t w = 0; w < words; w++)
+        ends += __builtin_popcountll(l->broken[w]);
+    return ends;
+}
+
+int64_t pd_damage_count(const pd_body *body)
+{
+    int64_t ends = 0;
+    if (!body->broken)
+        return 0;
+    if (body->lattice)
+        ends += count_regular(body);
+    for (int64_t w = 0; w < (body->families.first[body->families.n] + 63) / 64; w++)
+        for (uint64_t bits = body->broken[w]; bits; bits &= bits - 1) {
+            const int64_t k = 64 * w + __builtin_ctzll(bits);
+            ends += body->families.neighbour[k] < body->n_active ? 1 : 2;
+        }
+    return ends / 2;
+}
+
 bool pd_body_bond_intact(const pd_body *body, pd_local p, pd_local k)
 {
     pd_family family;

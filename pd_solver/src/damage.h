@@ -22,6 +22,9 @@ bool pd_damage_break_regular(pd_body *body, pd_chunk *chunk, int lane, int k);
  * |xi|^2; did any? */
 bool pd_damage_break_chunk(pd_body *body, int64_t z, pd_chunk *chunk, double s_c2);
 
+/* Broken bonds, undirected. */
+int64_t pd_damage_count(const pd_body *body);
+
 static inline bool bond_is_broken(const pd_body *body, int64_t k)
 {
     return body->broken && (body->broken[k / 64] >> (k % 64) & 1);

@@ -37,13 +37,13 @@ static const double pi = 3.14159265358979323846;
  * pi, which the paper prints. */
 static double micromodulus(const pd_body_options *o, double horizon)
 {
-    const double E = o->parameters[0];
+    const double E = o->parameters[0], square = horizon * horizon;
     if (o->dimension == 1)
-        return 2 * E / (horizon * horizon);
+        return 2 * E / square;
     if (o->dimension == 3)
-        return 12 * E / (pi * pow(horizon, 4));
+        return 12 * E / (pi * square * square);
     const double c = o->plane == PD_PLANE_STRESS ? 9. : 48. / 5;
-    return c * E / (pi * pow(horizon, 3));
+    return c * E / (pi * square * horizon);
 }
 
 /* Modulus of a uniaxial strain, twice its energy density, Pa. */

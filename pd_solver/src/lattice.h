@@ -20,8 +20,7 @@
 
 #define PD_LANES 8
 #define PD_MOST_OFFSETS 512 /* more make a family better stored */
-#define PD_MOST_FOLDED 45   /* rows times cells along: 9 x 5 in space, 1 x 13 in a plane \
-                             */
+#define PD_MOST_FOLDED 45   /* rows times cells along: 9 x 5, or 13 in a plane */
 #define PD_MOST_REACH 12    /* so far reach that many offsets in two dimensions */
 
 /* From a point to one of its neighbours. */

@@ -558,9 +558,10 @@ static void load_on_prescribed_components_is_not_counted(void **state)
     double residual;
     for (int k = 0; k < 3; k++)
         assert_ok(pd_relaxation_step(it->relaxation, &it->t.list, &residual));
-    assert_near(residual, 0, 0);
+    assert_near(residual, 0, 1e-15); /* forces are the round-off of a body at rest */
     const pd_body_view view = pd_body_fields(it->body);
-    assert_memory_equal(view.y, view.X, 120 * sizeof *view.y);
+    for (int c = 0; c < 120; c++)
+        assert_near(view.y[c], view.X[c], 1e-15 * fabs(view.X[c]));
     free_bar(it);
 }
 
