@@ -103,8 +103,8 @@ static inline double family_weight(const pd_body *b, pd_local i, const pd_family
     return chunk_weight(b->lattice, f->chunk, i - f->chunk->point, f->offset[k]);
 }
 
-/* Can bonds break? PD_NO_DAMAGE leaves damage out of the library, to measure what it costs
- * where it is not used. */
+/* Can bonds break? PD_NO_DAMAGE leaves damage out of the library, to measure what it
+ * costs where it is not used. */
 static inline bool pd_body_can_break(const pd_body_options *o)
 {
 #ifdef PD_NO_DAMAGE

@@ -30,6 +30,11 @@
 #define PD_FOR_THIS_SET(name) name##_any
 #endif
 
+/* For each register of a chunk of that many points; only one with AVX-512, which the
+ * compiler cannot know from the count. */
+#define PD_FOR_PARTS(part, points)                                                       \
+    for (int part = 0; part < PD_LANES && part < (points); part += PD_WIDTH)
+
 /* Unaligned: neighbours of a chunk start anywhere. */
 #define PD_VECTOR vector_size(PD_WIDTH * sizeof(double)), aligned(8), may_alias
 typedef double lanes __attribute__((PD_VECTOR));

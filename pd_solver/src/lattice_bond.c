@@ -63,7 +63,7 @@ PD_INLINE bool chunk_force(const int d, const bool breaks, const int kind,
                            const double *const *around, double (*force)[PD_LANES])
 {
     bool over = false;
-    for (int part = 0; part < c->count; part += PD_WIDTH)
+    PD_FOR_PARTS (part, c->count)
         over |= part_force(d, breaks, kind, b->lattice, b->own, c, part, around, force);
     return over;
 }

@@ -132,7 +132,7 @@ PD_INLINE void chunk_sum(const int d, const bool breaks, pd_body *b, int64_t z,
     const sweeps *own = b->own;
     for (bool again = true; again;) {
         bool over = false;
-        for (int part = 0; part < c->count; part += PD_WIDTH)
+        PD_FOR_PARTS (part, c->count)
             over |= part_sum(d, breaks, b->lattice, &own->y, c, part, around, sum);
         again = over && pd_damage_break_chunk(b, z, c, s_c2);
         for (int q = 0; again && q < c->count; q++)
@@ -438,7 +438,7 @@ PD_INLINE void add_plane_forces(const int d, const pd_lattice *l, const sweeps *
         __builtin_prefetch(force + ring_cell(&rings->force, c) + r * l->row, 1);
     if (whole)
         fold_rows(d, l, &rings->Q, c, plane, all, at);
-    for (int part = 0; part < c->count; part += PD_WIDTH) {
+    PD_FOR_PARTS (part, c->count) {
         const double *Q = plane + ring_cell(&rings->Q, c) + part;
         double *f = force + ring_cell(&rings->force, c) + part;
         const lane_mask there = lanes_there(c, part);
@@ -547,7 +547,7 @@ PD_INLINE void keep_force(const int d, const bool control, pd_body *b, const pd_
     const pd_lattice *l = b->lattice;
     const sweeps *rings = b->own;
     double force[3][PD_LANES];
-    for (int part = 0; part < c->count; part += PD_WIDTH) {
+    PD_FOR_PARTS (part, c->count) {
         lanes f[3];
         if (d == 3)
             take_forces(d, l->row, lanes_there(c, part),
