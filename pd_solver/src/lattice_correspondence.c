@@ -324,10 +324,10 @@ PD_INLINE lane_mask lanes_there(const pd_chunk *c, int part)
     return lanes_of((unsigned char)((1u << c->count) - 1), part);
 }
 
-/* Q of a plane around the cells of a chunk, row by row: Q_rt(x + a) - Q_rt(x - a) for
- * t = 0, the axis along which rows go, and Q_rt(x + a) + Q_rt(x - a) for others (Q_rt at
- * a = 0, where nothing is along). Two offsets mirrored along the row are so one, aligned,
- * and rows serve the chunks of all planes and rows around. */
+/* In space: Q of a plane around the cells of a chunk, row by row: Q_rt(x + a) - Q_rt(x -
+ * a) for t = 0, the axis along which rows go, and Q_rt(x + a) + Q_rt(x - a) for others
+ * (Q_rt at a = 0, where nothing is along). Two offsets mirrored along the row are so one,
+ * aligned, and rows serve the chunks of all planes and rows around. */
 typedef struct {
     double sum[PD_MOST_FOLDED][9][PD_LANES] __attribute__((aligned(64)));
     int64_t key[2 * PD_MOST_REACH + 1]; /* which row and x a row of it stands for */
@@ -359,8 +359,8 @@ PD_INLINE void fold_rows(const int d, const pd_lattice *l, const pd_ring *ring,
                          const pd_chunk *c, const double *plane, folded *all,
                          const double (**at)[9][PD_LANES])
 {
-    const int span = d == 3 ? l->reach : 0, slots = 2 * span + 1;
-    for (int rows = -span; rows <= span; rows++) {
+    const int slots = 2 * l->reach + 1;
+    for (int rows = -l->reach; rows <= l->reach; rows++) {
         const int32_t row = c->row + rows;
         const int slot = row % slots;
         double(*sum)[9][PD_LANES] = all->sum + slot * (l->reach + 1);
