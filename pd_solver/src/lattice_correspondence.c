@@ -661,23 +661,27 @@ PD_INLINE void sweep(const int d, const bool breaks, const bool control, pd_body
     }
 }
 
-PD_INLINE void sweep_dimension(const int d, pd_body *b)
-{
-    const bool breaks = pd_body_can_break(&b->options);
-    if (breaks && b->control)
-        sweep(d, true, true, b);
-    else if (breaks)
-        sweep(d, true, false, b);
-    else if (b->control)
-        sweep(d, false, true, b);
-    else
-        sweep(d, false, false, b);
-}
+/* Each in a function of its own: what one scene does not use shall not cost it registers.
+ */
+#define SWEEP(name, d, breaks, control)                                                  \
+    static __attribute__((noinline)) void name(pd_body *b)                               \
+    {                                                                                    \
+        sweep(d, breaks, control, b);                                                    \
+    }
+SWEEP(sweep_2, 2, false, false)
+SWEEP(sweep_2_control, 2, false, true)
+SWEEP(sweep_2_breaks, 2, true, false)
+SWEEP(sweep_2_breaks_control, 2, true, true)
+SWEEP(sweep_3, 3, false, false)
+SWEEP(sweep_3_control, 3, false, true)
+SWEEP(sweep_3_breaks, 3, true, false)
+SWEEP(sweep_3_breaks_control, 3, true, true)
 
 void PD_FOR_THIS_SET(pd_lattice_correspondence)(pd_body *b)
 {
-    if (b->options.dimension == 2)
-        sweep_dimension(2, b);
-    else
-        sweep_dimension(3, b);
+    static void (*const sweeps_of[2][2][2])(pd_body *) = {
+        {{sweep_2, sweep_2_control}, {sweep_2_breaks, sweep_2_breaks_control}},
+        {{sweep_3, sweep_3_control}, {sweep_3_breaks, sweep_3_breaks_control}},
+    };
+    sweeps_of[b->options.dimension == 3][pd_body_can_break(&b->options)][!!b->control](b);
 }
