@@ -51,7 +51,7 @@ def table(run, name):
 
 def validated(case, name):
     """The folder of a run that scripts/validate has made."""
-    run = ROOT / "cases" / case / "run" / "validate" / name
+    run = ROOT / "cases" / case / "validate" / name
     if not (run / "done").is_file():
         sys.exit(f"picture: the run {name} is missing; scripts/validate {case} makes it")
     return run
