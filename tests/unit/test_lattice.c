@@ -125,6 +125,10 @@ static const shape shapes[] = {
     {"plate held all around", 2, {13, 11, 1}, 3.015, NULL, all_around, 0},
     {"plate held inside", 2, {14, 10, 1}, 4.2, NULL, an_island, 0},
     {"plate of a whole horizon", 2, {12, 9, 1}, 3, NULL, NULL, 0.0625},
+    /* With chunks that miss nothing. */
+    {"long plate", 2, {28, 9, 1}, 3.015, NULL, NULL, 0},
+    {"long plate, far horizon", 2, {26, 11, 1}, 4.2, NULL, NULL, 0},
+    {"long plate held inside", 2, {27, 12, 1}, 2.015, NULL, an_island, 0},
 
     {"cube less than a horizon", 3, {3, 2, 3}, 4.2, NULL, NULL, 0},
     {"one row in space", 3, {19, 1, 1}, 3.015, NULL, NULL, 0},
@@ -140,6 +144,7 @@ static const shape shapes[] = {
     {"block with gaps", 3, {11, 5, 5}, 3.015, by_chance, NULL, 0},
     {"block held below", 3, {9, 4, 7}, 2.015, NULL, below, 0},
     {"block held on two sides", 3, {10, 5, 5}, 3.015, by_chance, two_sides, 0},
+    {"long block", 3, {18, 6, 6}, 2.015, NULL, NULL, 0},
 };
 enum { SHAPES = sizeof shapes / sizeof *shapes };
 
