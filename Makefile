@@ -17,6 +17,8 @@ all: library adapter applications
 PD_SOURCES = \
     pd_solver/src/body.c \
     pd_solver/src/neighbourhood.c \
+    pd_solver/src/halo.c \
+    pd_solver/src/ghosts.c \
     pd_solver/src/lattice.c \
     pd_solver/src/lanes.c \
     pd_solver/src/material.c \

@@ -159,7 +159,7 @@ static pd_body *build(const settings *s, const pd_formulation *formulation)
     place_points(s, X, volume);
     pd_body *body;
     const pd_status status =
-        pd_body_create(MPI_COMM_NULL, &options, n, X, volume, NULL, &body);
+        pd_body_create(MPI_COMM_NULL, &options, n, X, volume, NULL, NULL, &body);
     if (status.code != PD_OK)
         fail("%s: %s", formulation->name, status.message);
     free(X);

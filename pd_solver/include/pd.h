@@ -9,6 +9,9 @@
  * with d = 2 or 3. Points are renumbered when a body is created; pd_body_view.id gives
  * the caller's number of each.
  *
+ * Collective: called by all ranks of the body's communicator; returns the same status on
+ * all of them, that of the lowest rank that failed. A rank may own no points.
+ *
  * Errors: a function that can fail returns a pd_status. Nothing here prints or exits.
  * No function produces a NaN from finite input.
  *
@@ -172,8 +175,13 @@ typedef struct {
     double (*wave_speed)(const pd_body *body);
 
     /* Upper bound of the square of the highest frequency that each moving point takes
-     * part in, omega2[n_moving] (1/s2), by rows of the stiffness at rest. */
+     * part in, omega2[n_local] (1/s2; of moving points), by rows of the stiffness at
+     * rest. */
     void (*frequency)(const pd_body *body, double *omega2);
+
+    /* Horizons around the owned points from which ghosts are needed: 1, or 2 where F of
+     * ghosts is computed rather than received. */
+    int ghost_layers;
 } pd_formulation;
 
 /* Null-terminated table of all formulations. */
@@ -228,6 +236,7 @@ typedef struct {
     pd_local n_owned;
     pd_local n_local;      /* owned + ghosts */
     const pd_global *id;   /* [n_local] caller's number */
+    const pd_local *given; /* [n_owned] place among the points that this rank gave */
     const double *X;       /* [n_local][d] reference position, m */
     double *y;             /* [n_local][d] current position, m; the caller moves it */
     double *v;             /* [n_owned][d] velocity, m/s; the caller sets it */
@@ -259,24 +268,27 @@ typedef struct {
  * volumes as equal, are put on it exactly where the formulation has a path for lattices.
  *
  * Collective over comm, which is duplicated; MPI_COMM_NULL is serial, MPI is then never
- * called. Several ranks: not supported by this version (PD_BAD_ARGUMENT).
+ * called. Each rank gives the points that it is to own, none of them twice; id[n] are
+ * their numbers, 0 to the count of all points less one; NULL: rank after rank. Which
+ * rank owns what changes no result beyond round-off: pd_partition makes a good choice.
  * Errors: PD_BAD_ARGUMENT, PD_NO_MEMORY, PD_BAD_FAMILY (the horizon does not connect the
  * point). *body is NULL on error. Followed by pd_body_destroy.
  */
 PD_API pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n,
                                 const double *X, const double *volume,
-                                const unsigned char *held, pd_body **body);
+                                const unsigned char *held, const pd_global *id,
+                                pd_body **body);
 
 /* Free a body; NULL is allowed. Collective. */
 PD_API void pd_body_destroy(pd_body *body);
 
 /* Break the bonds that cross or touch a rectangle in the reference configuration; bonds
- * that lie in its plane stay.
- * Before the first pd_body_forces. Errors: PD_NO_MEMORY, PD_BAD_ARGUMENT (degenerate). */
+ * that lie in its plane stay. Before the first pd_body_forces. Collective, of the same
+ * rectangle. Errors: PD_NO_MEMORY, PD_BAD_ARGUMENT (degenerate). */
 PD_API pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle);
 
-/* Let no bond of the points with protect[n] non-zero (caller's numbers, as at creation)
- * break. Before the first pd_body_forces. Errors: PD_NO_MEMORY. */
+/* Let no bond of the points with protect[n] non-zero (as they were given at creation)
+ * break. Before the first pd_body_forces. Collective. Errors: PD_NO_MEMORY. */
 PD_API pd_status pd_body_protect(pd_body *body, const unsigned char *protect);
 
 /* Set the dead load: force density b[n_owned][d] (N/m3), copied; NULL removes it. */
@@ -304,23 +316,26 @@ PD_API pd_status pd_body_advance(pd_body *body, double dt, double at);
 PD_API bool pd_body_has_history(const pd_body *body);
 
 /* Cauchy stress sigma[n_owned][PD_SYMMETRIC] (Pa; 33 too in two dimensions) and
- * equivalent plastic strain plastic[n_owned] (-) of points; either may be NULL. */
-PD_API void pd_body_stress(const pd_body *body, double *sigma, double *plastic);
+ * equivalent plastic strain plastic[n_owned] (-) of points; either may be NULL.
+ * Collective. */
+PD_API void pd_body_stress(pd_body *body, double *sigma, double *plastic);
 
 /* Local damage phi in [0, 1] of owned points, damage[n_owned], [kim2023] eq. 18. */
 PD_API void pd_body_damage(const pd_body *body, double *damage);
 
-/* Label the pieces that intact bonds connect: piece[n_owned], numbered from 0 by the
- * smallest point; returns how many there are. Held points deep inside a hold, which keep
- * no family, belong to the piece of number -1. */
-PD_API pd_local pd_body_pieces(const pd_body *body, pd_local *piece);
+/* Label the pieces that intact bonds connect: piece[n_owned], the smallest number of a
+ * piece's points, or of its held points if there are any. Held points deep inside a hold,
+ * which keep no family, belong to no piece, -1. Returns how many there are; *holding (or
+ * NULL): how many of them a hold holds. -1: no memory. Collective. */
+PD_API pd_global pd_body_pieces(const pd_body *body, pd_global *piece,
+                                pd_global *holding);
 
 /* Sums and extremes; visits points and broken bonds. Collective. */
 PD_API pd_summary pd_body_summary(const pd_body *body);
 
 /* Strain energy, J (J/m); 0 where the formulation stores none. Visits every bond where
  * the formulation's energy is one of bonds. Collective. */
-PD_API double pd_body_strain_energy(const pd_body *body);
+PD_API double pd_body_strain_energy(pd_body *body);
 
 /* Fastest wave at rest (m/s). */
 PD_API double pd_body_wave_speed(const pd_body *body);

@@ -11,17 +11,15 @@
 
 #include "damage.h"
 #include "elementary.h"
+#include "ghosts.h"
 #include "influence.h"
 #include "status.h"
 #include "tensor.h"
 
 /* ---- order of points ---- */
 
-/* Kinds of points, in their order. */
-enum { MOVING, BESIDE_HOLD, HELD_BESIDE, HELD_INSIDE, KINDS };
-
 typedef struct {
-    int kind;
+    int rank;      /* kinds of owned points, of near ghosts, of others: in that order */
     uint64_t code; /* place along a Morton curve, or in the lattice */
     pd_local point;
 } place;
@@ -29,8 +27,8 @@ typedef struct {
 static int by_place(const void *a, const void *b)
 {
     const place *p = a, *q = b;
-    if (p->kind != q->kind)
-        return p->kind < q->kind ? -1 : 1;
+    if (p->rank != q->rank)
+        return p->rank < q->rank ? -1 : 1;
     if (p->code != q->code)
         return p->code < q->code ? -1 : 1;
     return (p->point > q->point) - (p->point < q->point);
@@ -63,12 +61,12 @@ static int kind_of(const pd_cell_list *cells, const unsigned char *held, pd_loca
                    pd_local *near, pd_local capacity)
 {
     if (!held)
-        return MOVING;
+        return PD_MOVING;
     const pd_local count = pd_cell_list_near(cells, i, capacity, near);
     for (pd_local k = 0; k < count && k < capacity; k++)
         if (!held[near[k]] != !held[i])
-            return held[i] ? HELD_BESIDE : BESIDE_HOLD;
-    return held[i] ? HELD_INSIDE : MOVING;
+            return held[i] ? PD_HELD_BESIDE : PD_BESIDE_HOLD;
+    return held[i] ? PD_HELD_INSIDE : PD_MOVING;
 }
 
 /* The largest family, if kinds depend on it. */
@@ -82,32 +80,56 @@ static pd_local widest_family(const pd_cell_list *cells, const unsigned char *he
     return widest;
 }
 
-/* Sort points by kind, then so that neighbours in space are neighbours in memory; counts
- * the kinds into the body. */
-static pd_status order_points(pd_body *b, const pd_cell_list *cells,
-                              const unsigned char *held, place *places)
+/* Kinds of the points as they are given; those of ghosts are what their owners find. */
+static pd_status find_kinds(pd_body *b, const pd_cell_list *cells, const pd_part *part)
 {
-    const pd_local widest = widest_family(cells, held);
-    pd_local *near = malloc((size_t)widest * sizeof *near), count[KINDS] = {0};
-    if (!near)
-        return pd_status_fail(PD_NO_MEMORY, -1, "a family of %d", widest);
+    const pd_local widest = widest_family(cells, part->held);
+    pd_local *near = malloc((size_t)widest * sizeof *near);
+    if (near)
+        for (pd_local i = 0; i < b->n_owned; i++)
+            b->kind[i] = (unsigned char)kind_of(cells, part->held, i, near, widest);
+    const bool short_of_memory = !near;
+    free(near);
+    return short_of_memory ? pd_status_fail(PD_NO_MEMORY, -1, "a family of %d", widest)
+                           : pd_status_ok();
+}
+
+/* Where the kinds of points begin and end, from how many of each rank of place there are.
+ */
+static void mark_ranges(pd_body *b, const pd_local *count)
+{
+    b->n_regular = b->lattice ? count[PD_MOVING] : 0;
+    b->n_moving = count[PD_MOVING] + count[PD_BESIDE_HOLD];
+    b->n_active = b->n_moving + count[PD_HELD_BESIDE];
+    count += PD_KINDS;
+    b->near.regular = b->n_owned + (b->lattice ? count[PD_MOVING] : 0);
+    b->near.moving = b->n_owned + count[PD_MOVING] + count[PD_BESIDE_HOLD];
+    b->near.active = b->near.moving + count[PD_HELD_BESIDE];
+    b->near.all = b->near.active + count[PD_HELD_INSIDE];
+}
+
+/* Sort points by kind, then so that neighbours in space are neighbours in memory. */
+static void order_points(pd_body *b, const pd_cell_list *cells, const pd_part *part,
+                         place *places)
+{
+    const bool near_ghosts = b->options.formulation->ghost_layers > 1;
+    pd_local count[3 * PD_KINDS] = {0};
     double step = HUGE_VAL;
-    for (pd_local i = 0; i < b->n_owned; i++)
+    for (pd_local i = 0; i < b->n_local; i++)
         step = fmin(step, cells->spacing[i]);
-    for (pd_local i = 0; i < b->n_owned; i++) {
+    for (pd_local i = 0; i < b->n_local; i++) {
         const double *X = cells->X + (size_t)i * (size_t)cells->d;
-        places[i] = (place){.kind = kind_of(cells, held, i, near, widest),
+        const bool is_ghost = i >= b->n_owned;
+        const bool is_near = is_ghost && near_ghosts && !part->is_far[i - b->n_owned];
+        const int group = !is_ghost ? 0 : is_near ? 1 : 2;
+        places[i] = (place){.rank = group * PD_KINDS + b->kind[i],
                             .code = b->lattice ? along_rows(b->lattice, X)
                                                : morton(cells->d, X, cells->origin, step),
                             .point = i};
-        count[places[i].kind]++;
+        count[places[i].rank]++;
     }
-    free(near);
-    b->n_regular = b->lattice ? count[MOVING] : 0;
-    b->n_moving = count[MOVING] + count[BESIDE_HOLD];
-    b->n_active = b->n_moving + count[HELD_BESIDE];
-    qsort(places, (size_t)b->n_owned, sizeof *places, by_place);
-    return pd_status_ok();
+    mark_ranges(b, count);
+    qsort(places, (size_t)b->n_local, sizeof *places, by_place);
 }
 
 /* ---- creation ---- */
@@ -192,22 +214,16 @@ static pd_status check_damage(const pd_body_options *o)
     return pd_status_ok();
 }
 
-static pd_status check_options(MPI_Comm comm, const pd_body_options *o, size_t n)
+/* all: points of all ranks. */
+static pd_status check_options(const pd_body_options *o, size_t n, int64_t all)
 {
-    if (comm != MPI_COMM_NULL) {
-        int size;
-        MPI_Comm_size(comm, &size);
-        if (size != 1)
-            return pd_status_fail(PD_BAD_ARGUMENT, -1, "%d ranks; this version runs on 1",
-                                  size);
-    }
     if (o->dimension < 1 || o->dimension > 3)
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "dimension %d; allowed: 1, 2, 3",
                               o->dimension);
     if (o->plane != PD_PLANE_STRAIN && o->plane != PD_PLANE_STRESS)
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "plane %d; allowed: 0, 1",
                               (int)o->plane);
-    if (n < 1 || n > INT32_MAX / 16)
+    if (all < 1 || n > INT32_MAX / 16)
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "%zu points; allowed: 1 to %d", n,
                               INT32_MAX / 16);
     if (!(usable(o->horizon_ratio) && o->horizon_ratio > 0 && o->horizon_ratio <= 20))
@@ -240,8 +256,11 @@ static pd_status check_points(int d, size_t n, const double *X, const double *vo
 
 static pd_status allocate(pd_body *b)
 {
-    const size_t n = (size_t)b->n_local, d = (size_t)b->options.dimension;
+    /* One more: a rank may have no point, and malloc(0) may return NULL. */
+    const size_t n = (size_t)b->n_local + 1, d = (size_t)b->options.dimension;
     b->id = malloc(n * sizeof *b->id);
+    b->given = malloc(n * sizeof *b->given);
+    b->kind = calloc(n, sizeof *b->kind);
     b->X = malloc(n * d * sizeof *b->X);
     b->y = malloc(n * d * sizeof *b->y);
     b->v = calloc(n * d, sizeof *b->v);
@@ -251,8 +270,8 @@ static pd_status allocate(pd_body *b)
     b->F = malloc(n * d * d * sizeof *b->F);
     b->J = malloc(n * sizeof *b->J);
     b->prescribed = calloc(n, sizeof *b->prescribed);
-    if (!b->id || !b->X || !b->y || !b->v || !b->volume || !b->spacing || !b->force ||
-        !b->F || !b->J || !b->prescribed)
+    if (!b->id || !b->given || !b->kind || !b->X || !b->y || !b->v || !b->volume ||
+        !b->spacing || !b->force || !b->F || !b->J || !b->prescribed)
         return pd_status_fail(PD_NO_MEMORY, -1, "a body of %zu points", n);
     return pd_status_ok();
 }
@@ -262,65 +281,97 @@ static void put_on_lattice(pd_body *b, pd_local i)
 {
     const pd_lattice *l = b->lattice;
     double *X = b->X + (size_t)i * (size_t)l->d, *y = b->y + (size_t)i * (size_t)l->d;
-    int64_t index[3] = {0};
-    pd_lattice_index(l, X, index);
-    for (int a = 0; a < l->d; a++)
-        X[a] = y[a] = l->origin[a] + (double)index[a] * l->step;
+    pd_lattice_place(l, X);
+    memcpy(y, X, (size_t)l->d * sizeof *y);
     b->spacing[i] = l->step;
     b->volume[i] = pow(l->step, l->d);
 }
 
-/* Copy the caller's points in the order of `places` (NULL: as they come). */
-static void fill(pd_body *b, const double *X, const double *volume, const place *places)
+/* Copy the given points in the order of `places` (NULL: as they come). */
+static void fill(pd_body *b, const pd_part *part, const place *places)
 {
     const int d = b->options.dimension;
     for (pd_local i = 0; i < b->n_local; i++) {
         const size_t from = (size_t)(places ? places[i].point : i);
-        b->id[i] = (pd_global)from;
-        b->volume[i] = volume[from];
-        b->spacing[i] = d == 1   ? volume[from]
-                        : d == 2 ? sqrt(volume[from])
-                                 : cbrt(volume[from]);
+        b->id[i] = part->id[from];
+        b->given[i] = (pd_local)from;
+        b->volume[i] = part->volume[from];
+        b->spacing[i] = pd_spacing_of(d, b->volume[i]);
         b->J[i] = 1;
         identity(d, b->F + (size_t)i * d * d);
         for (int a = 0; a < d; a++) {
-            b->X[(size_t)i * d + a] = X[3 * from + (size_t)a];
-            b->y[(size_t)i * d + a] = X[3 * from + (size_t)a];
+            b->X[(size_t)i * d + a] = part->X[3 * from + (size_t)a];
+            b->y[(size_t)i * d + a] = part->X[3 * from + (size_t)a];
         }
         if (b->lattice)
             put_on_lattice(b, i);
     }
 }
 
-static pd_status build_families(pd_body *b, const double *X, const double *volume,
-                                const unsigned char *held)
+/* The halo, and kinds, from places as given to those in order. */
+static pd_status renumber(pd_body *b, const place *places)
 {
-    const int d = b->options.dimension;
-    const double ratio = b->options.horizon_ratio;
-    PD_TRY(pd_lattice_find(&b->options, (size_t)b->n_owned, X, volume, &b->lattice));
-    place *places = malloc((size_t)b->n_owned * sizeof *places);
-    if (!places)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_owned);
+    const size_t n = (size_t)b->n_local;
+    pd_local *now = malloc((n + 1) * sizeof *now);
+    if (!now)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%zu points", n);
+    for (pd_local i = 0; i < b->n_local; i++) {
+        now[places[i].point] = i;
+        b->kind[i] = (unsigned char)(places[i].rank % PD_KINDS);
+    }
+    for (size_t k = 0; b->halo && k < b->halo->n_send; k++)
+        b->halo->send[k] = now[b->halo->send[k]];
+    for (size_t k = 0; b->halo && k < b->halo->n_ghost; k++)
+        b->halo->ghost[k] = now[b->halo->ghost[k]];
+    free(now);
+    return pd_status_ok();
+}
 
-    fill(b, X, volume, NULL);
+/* Kinds of all points and their order. */
+static pd_status arrange(pd_body *b, const pd_part *part, place *places)
+{
     pd_cell_list cells;
-    pd_status status =
-        pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
+    fill(b, part, NULL);
+    pd_status status = pd_cell_list_create(b->options.dimension, b->n_local, b->X,
+                                           b->spacing, b->options.horizon_ratio, &cells);
     if (status.code == PD_OK)
-        status = order_points(b, &cells, held, places);
-    pd_cell_list_free(&cells);
-
+        status = find_kinds(b, &cells, part);
+    status = pd_agree(b->comm, status);
     if (status.code == PD_OK) {
-        fill(b, X, volume, places);
-        status = pd_cell_list_create(d, b->n_owned, b->X, b->spacing, ratio, &cells);
+        pd_halo_copy(b->halo, b->kind, sizeof *b->kind);
+        order_points(b, &cells, part, places);
+        fill(b, part, places);
+        status = renumber(b, places);
+    }
+    pd_cell_list_free(&cells);
+    return status;
+}
+
+static pd_status build_families(pd_body *b, const pd_part *part)
+{
+    const pd_body_options *o = &b->options;
+    PD_TRY(pd_lattice_find(b->comm, o, part, &b->lattice));
+    place *places = malloc(((size_t)b->n_local + 1) * sizeof *places);
+    pd_status status = pd_status_ok();
+    if (!places)
+        status = pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_local);
+    status = pd_agree(b->comm, status);
+    if (status.code == PD_OK)
+        status = arrange(b, part, places);
+    free(places);
+    if (status.code == PD_OK) {
+        const pd_range general[] = {{b->n_regular, b->n_active},
+                                    {b->near.regular, b->near.active}};
+        pd_cell_list cells;
+        status = pd_cell_list_create(o->dimension, b->n_local, b->X, b->spacing,
+                                     o->horizon_ratio, &cells);
         if (status.code == PD_OK)
-            status = pd_families_create(&cells, b->n_regular, b->n_active, &b->families);
+            status = pd_families_create(&cells, general, &b->families);
         pd_cell_list_free(&cells);
     }
-    free(places);
     if (status.code == PD_OK && b->lattice)
         status = pd_lattice_fill(b);
-    return status;
+    return pd_agree(b->comm, status);
 }
 
 /* How far points beside a hold are from where it ends: the distance to the nearest point
@@ -328,16 +379,19 @@ static pd_status build_families(pd_body *b, const double *X, const double *volum
 static pd_status measure_holds(pd_body *b)
 {
     const int d = b->options.dimension;
-    if (b->n_moving == b->n_active)
+    bool any = false;
+    for (pd_local i = 0; i < b->n_local; i++)
+        any |= is_held(b, i);
+    if (!any)
         return pd_status_ok();
-    b->hold_distance = calloc((size_t)b->n_active, sizeof *b->hold_distance);
+    b->hold_distance = calloc((size_t)b->n_local, sizeof *b->hold_distance);
     if (!b->hold_distance)
         return pd_status_fail(PD_NO_MEMORY, -1, "holds of %d points", b->n_active);
     for (pd_local i = b->n_regular; i < b->n_active; i++) {
         double nearest = HUGE_VAL;
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
             const pd_local j = b->families.neighbour[k];
-            if ((i < b->n_moving) == (j < b->n_moving))
+            if (is_held(b, i) == is_held(b, j))
                 continue;
             double xi[3];
             subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
@@ -347,6 +401,22 @@ static pd_status measure_holds(pd_body *b)
         if (nearest < HUGE_VAL)
             b->hold_distance[i] = fmax(nearest, 0.1 * b->spacing[i]);
     }
+    return pd_status_ok();
+}
+
+/* The same of ghosts, which their owners know. Where nothing is held here, nothing is
+ * beside it. */
+static pd_status share_holds(pd_body *b)
+{
+    double *distance = b->hold_distance, *none = NULL;
+    if (b->halo && !distance)
+        distance = none = calloc((size_t)b->n_local + 1, sizeof *none);
+    const bool short_of_memory = b->halo && !distance;
+    PD_TRY(pd_agree(b->comm, short_of_memory
+                                 ? pd_status_fail(PD_NO_MEMORY, -1, "holds")
+                                 : pd_status_ok()));
+    pd_halo_copy(b->halo, distance, sizeof *distance);
+    free(none);
     return pd_status_ok();
 }
 
@@ -378,44 +448,82 @@ static int64_t count_bonds(const pd_body *b)
         pd_family family;
         family_of(b, i, &family);
         for (pd_local k = 0; k < family.count; k++)
-            ends += family.neighbour[k] < b->n_active ? 1 : 2;
+            ends += keeps_family(b, family.neighbour[k]) ? 1 : 2;
         i++;
     }
+    pd_count_all(b->comm, &ends, 1);
     return ends / 2;
 }
 
-static pd_status create(pd_body *b, MPI_Comm comm, const double *X, const double *volume,
-                        const unsigned char *held)
+/* Arrays of the size that the ghosts make them, and room for their messages. */
+static pd_status adopt(pd_body *b, pd_part *part)
 {
-    if (comm != MPI_COMM_NULL)
-        MPI_Comm_dup(comm, &b->comm);
-    PD_TRY(allocate(b));
-    PD_TRY(build_families(b, X, volume, held));
-    PD_TRY(measure_holds(b));
+    b->n_owned = part->n_owned;
+    b->n_local = part->n;
+    b->halo = part->halo;
+    /* Three positions and velocities; the widest is what bond-associated kernels send. */
+    PD_TRY(pd_halo_reserve(b->halo, 16 * sizeof(double)));
+    return allocate(b);
+}
+
+static pd_status create(pd_body *b, size_t n, const double *X, const double *volume,
+                        const unsigned char *held, const pd_global *id)
+{
+    const pd_body_options *o = &b->options;
+    pd_part part;
+    pd_status status =
+        pd_part_create(b->comm, o->dimension, o->horizon_ratio,
+                        o->formulation->ghost_layers, n, X, volume, held, id, &part);
+    if (status.code == PD_OK)
+        status = pd_agree(b->comm, adopt(b, &part));
+    else
+        pd_halo_free(part.halo);
+    if (status.code == PD_OK)
+        status = build_families(b, &part);
+    pd_part_free(&part);
+    PD_TRY(status);
+    PD_TRY(pd_agree(b->comm, measure_holds(b)));
+    PD_TRY(share_holds(b));
     PD_TRY(b->options.formulation->prepare(b));
-    PD_TRY(check_families(b));
+    PD_TRY(pd_agree(b->comm, check_families(b)));
     b->n_bonds = count_bonds(b);
     if (pd_body_can_break(&b->options))
-        PD_TRY(pd_damage_allocate(b));
-    return pd_status_ok();
+        status = pd_damage_allocate(b);
+    return pd_agree(b->comm, status);
+}
+
+/* What a rank can say without the others. */
+static pd_status check_given(const pd_body_options *options, size_t n, int64_t all,
+                             const double *X, const double *volume)
+{
+    PD_TRY(check_options(options, n, all));
+    return check_points(options->dimension, n, X, volume);
 }
 
 pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n,
                          const double *X, const double *volume, const unsigned char *held,
-                         pd_body **body)
+                         const pd_global *id, pd_body **body)
 {
     *body = NULL;
-    PD_TRY(check_options(comm, options, n));
-    PD_TRY(check_points(options->dimension, n, X, volume));
-    pd_body *b = calloc(1, sizeof *b);
-    if (!b)
-        return pd_status_fail(PD_NO_MEMORY, -1, "a body");
+    int64_t all = (int64_t)n;
+    pd_count_all(comm, &all, 1);
+    pd_status status = check_given(options, n, all, X, volume);
+    pd_body *b = NULL;
+    if (status.code == PD_OK && !(b = calloc(1, sizeof *b)))
+        status = pd_status_fail(PD_NO_MEMORY, -1, "a body");
+    status = pd_agree(comm, status);
+    if (status.code != PD_OK) {
+        free(b);
+        return status;
+    }
     b->comm = MPI_COMM_NULL;
     b->options = *options;
     if (b->options.dimension != 2)
         b->options.plane = PD_PLANE_STRAIN; /* the index of three-dimensional stress */
-    b->n_owned = b->n_local = (pd_local)n;
-    const pd_status status = create(b, comm, X, volume, held);
+    b->n_all = all;
+    if (comm != MPI_COMM_NULL)
+        MPI_Comm_dup(comm, &b->comm);
+    status = create(b, n, X, volume, held, id);
     if (status.code == PD_OK)
         *body = b;
     else
@@ -427,15 +535,18 @@ void pd_body_destroy(pd_body *b)
 {
     if (!b)
         return;
+    pd_halo_end(b->halo);
     if (b->options.formulation->release)
         b->options.formulation->release(b);
+    pd_halo_free(b->halo);
     if (b->comm != MPI_COMM_NULL)
         MPI_Comm_free(&b->comm);
     void *arrays[] = {b->id,      b->X,         b->y,       b->v,
                       b->volume,  b->spacing,   b->force,   b->F,
                       b->J,       b->load,      b->weight,  b->broken,
                       b->Q,       b->K_inverse, b->carries, b->hold_distance,
-                      b->protect, b->length,    b->control, b->prescribed};
+                      b->protect, b->length,    b->control, b->prescribed,
+                      b->given,   b->kind};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free(arrays[k]);
     pd_families_free(&b->families);
@@ -455,7 +566,7 @@ pd_status pd_body_load(pd_body *b, const double *load)
         if (!usable(load[k]))
             return pd_status_fail(PD_BAD_ARGUMENT, -1, "load %g", load[k]);
     if (!b->load)
-        b->load = malloc(size * sizeof *b->load);
+        b->load = malloc((size + 1) * sizeof *b->load);
     if (!b->load)
         return pd_status_fail(PD_NO_MEMORY, -1, "loads of %d points", b->n_owned);
     memcpy(b->load, load, size * sizeof *load);
@@ -473,6 +584,7 @@ pd_body_view pd_body_fields(const pd_body *b)
         .n_owned = b->n_owned,
         .n_local = b->n_local,
         .id = b->id,
+        .given = b->given,
         .X = b->X,
         .y = b->y,
         .v = b->v,
@@ -579,11 +691,16 @@ static pd_status check_inversion(const pd_body *b)
     return pd_status_ok();
 }
 
-pd_status pd_body_forces(pd_body *b)
+/* Positions and velocities that the caller, or a step, has set. */
+static pd_status check_motion(const pd_body *b)
 {
-    PD_TRY(check_finite(b, b->y, b->n_local, "position"));
-    PD_TRY(check_finite(b, b->v, b->n_moving, "velocity"));
-    b->options.formulation->forces(b);
+    PD_TRY(check_finite(b, b->y, b->n_owned, "position"));
+    return check_finite(b, b->v, b->n_moving, "velocity");
+}
+
+/* Dead loads and damping, and what came of all. */
+static pd_status complete_forces(pd_body *b)
+{
     if (b->out_of_memory)
         return pd_status_fail(PD_NO_MEMORY, -1, "weights of broken bonds");
     const size_t moving = (size_t)b->n_moving * (size_t)b->options.dimension;
@@ -598,6 +715,32 @@ pd_status pd_body_forces(pd_body *b)
     return check_inversion(b);
 }
 
+void pd_body_send(pd_body *b)
+{
+    pd_halo_add(b->halo, b->y, (size_t)b->options.dimension * sizeof *b->y);
+    pd_halo_begin(b->halo);
+}
+
+void pd_body_refresh(pd_body *b)
+{
+    if (!pd_halo_is_under_way(b->halo))
+        pd_body_send(b);
+    pd_halo_end(b->halo);
+}
+
+pd_status pd_body_forces(pd_body *b)
+{
+    if (!pd_halo_is_under_way(b->halo))
+        pd_body_send(b);
+    const pd_status status = pd_agree(b->comm, check_motion(b));
+    if (status.code != PD_OK) {
+        pd_halo_end(b->halo);
+        return status;
+    }
+    b->options.formulation->forces(b); /* ends the exchange when it needs ghosts */
+    return pd_agree(b->comm, complete_forces(b));
+}
+
 bool pd_body_has_history(const pd_body *b)
 {
     return b->options.formulation->advance;
@@ -607,17 +750,36 @@ pd_status pd_body_advance(pd_body *b, double dt, double at)
 {
     if (!b->options.formulation->advance)
         return pd_status_ok();
-    PD_TRY(check_finite(b, b->v, b->n_moving, "velocity"));
+    PD_TRY(pd_agree(b->comm, check_finite(b, b->v, b->n_moving, "velocity")));
     b->options.formulation->advance(b, dt, at);
     return pd_status_ok();
 }
 
-void pd_body_stress(const pd_body *b, double *sigma, double *plastic)
+void pd_body_stress(pd_body *b, double *sigma, double *plastic)
 {
+    pd_body_refresh(b);
     b->options.formulation->stress(b, sigma, plastic);
 }
 
 /* ---- summary ---- */
+
+/* From sums of a rank to those of all. */
+static void sum_up(MPI_Comm comm, pd_summary *s, double volume)
+{
+    double sum[] = {s->kinetic_energy, s->sum_volume_change, volume};
+    double most[] = {-s->smallest_J, s->largest_J, s->largest_speed};
+    int64_t count[] = {s->singular, s->inverted};
+    pd_sum_all(comm, sum, 3);
+    pd_largest_all(comm, most, 3);
+    pd_count_all(comm, count, 2);
+    s->kinetic_energy = sum[0], s->sum_volume_change = sum[1];
+    s->smallest_J = -most[0], s->largest_J = most[1], s->largest_speed = most[2];
+    s->singular = count[0], s->inverted = count[1];
+    if (sum[2] > 0)
+        s->mean_volume_change = s->sum_volume_change / sum[2];
+    else
+        s->smallest_J = s->largest_J = 1;
+}
 
 pd_summary pd_body_summary(const pd_body *b)
 {
@@ -639,17 +801,19 @@ pd_summary pd_body_summary(const pd_body *b)
         s.smallest_J = fmin(s.smallest_J, b->J[i]);
         s.largest_J = fmax(s.largest_J, b->J[i]);
     }
-    if (volume > 0)
-        s.mean_volume_change = s.sum_volume_change / volume;
-    else
-        s.smallest_J = s.largest_J = 1;
+    sum_up(b->comm, &s, volume);
     s.bonds = b->n_bonds;
     s.broken_bonds = pd_damage_count(b);
     return s;
 }
 
-double pd_body_strain_energy(const pd_body *b)
+double pd_body_strain_energy(pd_body *b)
 {
     const pd_formulation *f = b->options.formulation;
-    return f->energy ? f->energy(b) : 0;
+    if (!f->energy)
+        return 0;
+    pd_body_refresh(b);
+    double sum = f->energy(b);
+    pd_sum_all(b->comm, &sum, 1);
+    return sum;
 }

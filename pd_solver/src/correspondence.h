@@ -17,7 +17,7 @@ typedef struct {
     pd_ring y, force;
     pd_ring Q;           /* [d][d], then g where there is zero-energy control */
     int delay;           /* planes by which forces wait until bonds are broken */
-    double *moment;      /* [n_regular][d] sum_j w xi, of points with something missing */
+    double *moment;      /* [n_local][d] sum_j w xi, of points with something missing */
     double K_inverse[9]; /* of a point with nothing missing around; with it */
     double g;
 } sweeps;
@@ -110,7 +110,7 @@ PD_INLINE void stress_points(const int d, const pd_body *b, size_t n, const doub
 /* g of a point as the force counts it. */
 PD_INLINE double control_now(const pd_body *b, pd_local i)
 {
-    return i < b->n_moving && b->carries[i] == PD_SOUND ? b->control[i] : 0;
+    return !is_held(b, i) && b->carries[i] == PD_SOUND ? b->control[i] : 0;
 }
 
 #endif

@@ -26,7 +26,7 @@ pd_status pd_damage_allocate(pd_body *body)
         return pd_status_ok();
     pd_lattice *l = body->lattice;
     if (l)
-        PD_TRY(make_bits((int64_t)body->n_regular * l->n_offsets, &l->broken));
+        PD_TRY(make_bits((int64_t)n_regular_of(body) * l->n_offsets, &l->broken));
     return make_bits(body->families.first[body->families.n], &body->broken);
 }
 
@@ -39,7 +39,8 @@ void pd_damage_break(pd_body *body, int64_t k)
 bool pd_damage_break_regular(pd_body *body, pd_chunk *chunk, int lane, int k)
 {
     pd_lattice *l = body->lattice;
-    const int64_t bit = ((int64_t)chunk->point + lane) * l->n_offsets + k;
+    const int64_t row = regular_row(body, chunk->point + lane);
+    const int64_t bit = row * l->n_offsets + k;
     if (l->broken[bit / 64] >> (bit % 64) & 1)
         return false;
     if (pd_lattice_cut(l, chunk, lane, k).code != PD_OK) {
@@ -70,29 +71,42 @@ bool pd_damage_break_chunk(pd_body *body, int64_t z, pd_chunk *c, double s_c2)
     return any;
 }
 
-/* Ends of broken bonds of regular points: each bond has two. */
+/* Word w of bits, of which only the first n count. */
+static uint64_t word_of(const uint64_t *bits, int64_t w, int64_t n)
+{
+    const int64_t left = n - 64 * w;
+    return left >= 64 ? bits[w] : bits[w] & ((UINT64_C(1) << left) - 1);
+}
+
+/* Ends of broken bonds of owned regular points: each bond has two. */
 static int64_t count_regular(const pd_body *body)
 {
-    const pd_lattice *l = body->lattice;
-    const int64_t words = ((int64_t)body->n_regular * l->n_offsets + 63) / 64;
+    const int64_t n = (int64_t)body->n_regular * body->lattice->n_offsets;
     int64_t ends = 0;
-    for (int64_t w = 0; w < words; w++)
-        ends += __builtin_popcountll(l->broken[w]);
+    for (int64_t w = 0; w < (n + 63) / 64; w++)
+        ends += __builtin_popcountll(word_of(body->lattice->broken, w, n));
+    return ends;
+}
+
+/* The same of the general path; points without a family see no bond. */
+static int64_t count_general(const pd_body *body)
+{
+    const int64_t n = body->families.first[body->n_active];
+    int64_t ends = 0;
+    for (int64_t w = 0; w < (n + 63) / 64; w++)
+        for (uint64_t bits = word_of(body->broken, w, n); bits; bits &= bits - 1) {
+            const int64_t k = 64 * w + __builtin_ctzll(bits);
+            ends += keeps_family(body, body->families.neighbour[k]) ? 1 : 2;
+        }
     return ends;
 }
 
 int64_t pd_damage_count(const pd_body *body)
 {
-    int64_t ends = 0;
-    if (!body->broken)
-        return 0;
-    if (body->lattice)
+    int64_t ends = body->broken ? count_general(body) : 0;
+    if (body->broken && body->lattice)
         ends += count_regular(body);
-    for (int64_t w = 0; w < (body->families.first[body->families.n] + 63) / 64; w++)
-        for (uint64_t bits = body->broken[w]; bits; bits &= bits - 1) {
-            const int64_t k = 64 * w + __builtin_ctzll(bits);
-            ends += body->families.neighbour[k] < body->n_active ? 1 : 2;
-        }
+    pd_count_all(body->comm, &ends, 1);
     return ends / 2;
 }
 
@@ -124,12 +138,15 @@ void pd_body_damage(const pd_body *body, double *damage)
 
 pd_status pd_body_protect(pd_body *body, const unsigned char *protect)
 {
+    pd_status status = pd_status_ok();
     if (!body->protect)
-        body->protect = malloc((size_t)body->n_local);
+        body->protect = calloc((size_t)body->n_local + 1, 1);
     if (!body->protect)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", body->n_local);
-    for (pd_local i = 0; i < body->n_local; i++)
-        body->protect[i] = protect[body->id[i]] != 0;
+        status = pd_status_fail(PD_NO_MEMORY, -1, "%d points", body->n_local);
+    PD_TRY(pd_agree(body->comm, status));
+    for (pd_local i = 0; i < body->n_owned; i++)
+        body->protect[i] = protect[body->given[i]] != 0;
+    pd_halo_copy(body->halo, body->protect, sizeof *body->protect);
     return pd_status_ok();
 }
 
@@ -194,6 +211,31 @@ static bool crosses(const pd_rectangle *r, const double *normal, const double *a
     return s1 >= -slack && s1 <= 1 + slack && s2 >= -slack && s2 <= 1 + slack;
 }
 
+/* Break the bonds of point i that cross. */
+static void cut_family(pd_body *body, pd_local i, const pd_rectangle *r,
+                       const double *normal)
+{
+    const int d = body->options.dimension;
+    pd_family family;
+    family_of(body, i, &family);
+    for (pd_local k = 0; k < family.count; k++) {
+        double a[3] = {0}, b[3] = {0};
+        /* From the smaller to the larger number, so that both ends agree. */
+        const pd_local j = family.neighbour[k];
+        const bool forth = body->id[i] < body->id[j];
+        memcpy(a, body->X + (size_t)(forth ? i : j) * d, (size_t)d * sizeof *a);
+        memcpy(b, body->X + (size_t)(forth ? j : i) * d, (size_t)d * sizeof *b);
+        if (!crosses(r, normal, a, b))
+            continue;
+        if (!family.offset) {
+            pd_damage_break(body, family.base + k);
+            continue;
+        }
+        pd_chunk *chunk = pd_lattice_chunk(body, i);
+        pd_damage_break_regular(body, chunk, i - chunk->point, family.offset[k]);
+    }
+}
+
 pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
 {
     const int d = body->options.dimension;
@@ -213,29 +255,15 @@ pd_status pd_body_precrack(pd_body *body, const pd_rectangle *rectangle)
         return pd_status_fail(PD_BAD_ARGUMENT, -1,
                               "a pre-crack of area %g; its edges must span a rectangle",
                               area);
-    PD_TRY(pd_damage_allocate(body));
-
-    pd_family family;
-    for (pd_local i = 0; i < body->n_active; i++) {
-        family_of(body, i, &family);
-        for (pd_local k = 0; k < family.count; k++) {
-            double a[3] = {0}, b[3] = {0};
-            /* From the smaller to the larger index, so that both ends agree. */
-            const pd_local j = family.neighbour[k];
-            memcpy(a, body->X + (size_t)(i < j ? i : j) * d, (size_t)d * sizeof *a);
-            memcpy(b, body->X + (size_t)(i < j ? j : i) * d, (size_t)d * sizeof *b);
-            if (!crosses(&r, normal, a, b))
-                continue;
-            if (i < body->n_regular)
-                pd_damage_break_regular(body, pd_lattice_chunk(body, i),
-                                        i - pd_lattice_chunk(body, i)->point,
-                                        family.offset[k]);
-            else
-                pd_damage_break(body, family.base + k);
-        }
-    }
+    PD_TRY(pd_agree(body->comm, pd_damage_allocate(body)));
+    for (pd_local i = 0; i < body->n_active; i++)
+        cut_family(body, i, &r, normal);
+    for (pd_local i = body->n_owned; i < body->near.active; i++)
+        cut_family(body, i, &r, normal);
+    pd_status status = pd_status_ok();
     if (body->out_of_memory)
-        return pd_status_fail(PD_NO_MEMORY, -1, "weights beside a pre-crack");
+        status = pd_status_fail(PD_NO_MEMORY, -1, "weights beside a pre-crack");
+    PD_TRY(pd_agree(body->comm, status));
     return body->options.formulation->prepare(body);
 }
 
@@ -248,31 +276,80 @@ static pd_local root_of(pd_local *parent, pd_local i)
     return i;
 }
 
-pd_local pd_body_pieces(const pd_body *body, pd_local *piece)
+/* Join owned points with those, ghosts too, that intact bonds tie to them. */
+static void join(const pd_body *body, pd_local *parent)
 {
     pd_family family;
-    for (pd_local i = 0; i < body->n_active; i++)
-        piece[i] = i;
+    for (pd_local i = 0; i < body->n_local; i++)
+        parent[i] = i;
     for (pd_local i = 0; i < body->n_active; i++) {
         family_of(body, i, &family);
         for (pd_local k = 0; k < family.count; k++) {
             const pd_local j = family.neighbour[k];
-            if (j >= i || family_broken(&family, k))
-                continue; /* seen from the other end */
-            const pd_local a = root_of(piece, i), b = root_of(piece, j);
+            if ((j >= i && j < body->n_owned) || family_broken(&family, k) ||
+                !keeps_family(body, j))
+                continue; /* seen from the other end, or inside a hold */
+            const pd_local a = root_of(parent, i), b = root_of(parent, j);
             if (a < b)
-                piece[b] = a;
+                parent[b] = a;
             if (b < a)
-                piece[a] = b;
+                parent[a] = b;
         }
     }
-    /* Roots are the smallest of their piece, so they are met before the rest of it. */
-    pd_local count = 0;
-    for (pd_local i = 0; i < body->n_active; i++) {
-        const pd_local parent = piece[i];
-        piece[i] = parent == i ? count++ : piece[parent];
+}
+
+/* Give every piece of this rank its smallest label, until neighbours agree. Labels of
+ * held points are below 0, so that they go first. */
+static void spread_labels(const pd_body *body, pd_local *parent, pd_global *label)
+{
+    for (int64_t changed = 1; changed > 0;) {
+        changed = 0;
+        pd_halo_copy(body->halo, label, sizeof *label);
+        for (pd_local i = 0; i < body->n_local; i++) {
+            const pd_local root = root_of(parent, i);
+            if (label[i] < label[root])
+                label[root] = label[i];
+        }
+        for (pd_local i = 0; i < body->n_local; i++) {
+            const pd_global least = label[root_of(parent, i)];
+            changed += least != label[i];
+            label[i] = least;
+        }
+        if (body->halo)
+            pd_count_all(body->comm, &changed, 1);
+        else
+            changed = 0;
     }
-    for (pd_local i = body->n_active; i < body->n_owned; i++)
-        piece[i] = -1;
-    return count;
+}
+
+pd_global pd_body_pieces(const pd_body *body, pd_global *piece, pd_global *holding)
+{
+    const size_t n = (size_t)body->n_local + 1;
+    pd_local *parent = malloc(n * sizeof *parent);
+    pd_global *label = malloc(n * sizeof *label);
+    int64_t count[3] = {!parent || !label, 0, 0};
+    pd_count_all(body->comm, count, 1);
+    if (count[0] > 0) {
+        free(parent);
+        free(label);
+        return -1;
+    }
+    join(body, parent);
+    for (pd_local i = 0; i < body->n_local; i++)
+        label[i] = body->id[i] - (is_held(body, i) ? body->n_all : 0);
+    spread_labels(body, parent, label);
+    for (pd_local i = 0; i < body->n_owned; i++) {
+        const bool held = is_held(body, i), inside = !keeps_family(body, i);
+        const bool names = !inside && label[i] == body->id[i] - (held ? body->n_all : 0);
+        count[1] += names;
+        count[2] += names && held;
+        if (piece)
+            piece[i] = inside ? -1 : label[i] + (label[i] < 0 ? body->n_all : 0);
+    }
+    free(parent);
+    free(label);
+    pd_count_all(body->comm, count + 1, 2);
+    if (holding)
+        *holding = count[2];
+    return count[1];
 }

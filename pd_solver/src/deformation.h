@@ -35,10 +35,10 @@ PD_INLINE void bond(const int d, const bool holds, const pd_body *b, pd_local i,
     subtract(d, yj, yi, Y);
     if (!holds)
         return;
-    if (i < b->n_moving && j >= b->n_moving)
+    if (!is_held(b, i) && is_held(b, j))
         for (int c = 0; c < d; c++)
             Y[c] = xi[c] - mirror(b, i, j) * (yi[c] - Xi[c]);
-    if (i >= b->n_moving && j < b->n_moving)
+    if (is_held(b, i) && !is_held(b, j))
         for (int c = 0; c < d; c++)
             Y[c] = xi[c] + mirror(b, j, i) * (yj[c] - Xj[c]);
 }

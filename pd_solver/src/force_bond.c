@@ -120,14 +120,14 @@ static double surface_correction(int d, const double *xi, double length, const d
     return 1 / sqrt(sum);
 }
 
-/* a of the bond from i to j; factors[n_active][d] or NULL. */
+/* a of the bond from i to j; factors[n_local][d] or NULL. */
 static double weight_of(const pd_body *b, pd_local i, pd_local j, const double *factors,
                         double *length)
 {
     const size_t d = (size_t)b->options.dimension;
     double xi[3];
     const double a = measure(b, i, j, xi, length);
-    if (!factors || j >= b->n_active)
+    if (!factors || !keeps_family(b, j))
         return a;
     return a * surface_correction((int)d, xi, *length, factors + (size_t)i * d,
                                   factors + (size_t)j * d);
@@ -206,19 +206,30 @@ static pd_status check_lengths(const pd_body *b)
     return pd_status_ok();
 }
 
-static pd_status prepare(pd_body *b)
+static pd_status prepare_storage(pd_body *b, double **factors)
 {
-    const size_t d = (size_t)b->options.dimension;
+    const size_t size = (size_t)b->n_local * (size_t)b->options.dimension;
     PD_TRY(check_lengths(b));
     PD_TRY(allocate(b));
     if (b->options.formulation_parameters[SURFACE_CORRECTION] == 0)
-        return weigh(b, NULL);
-    double *factors = malloc(((size_t)b->n_active * d + 1) * sizeof *factors);
-    if (!factors)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_active);
-    for (pd_local i = 0; i < b->n_active; i++)
-        surface_factors(b, i, factors + (size_t)i * d);
-    const pd_status status = weigh(b, factors);
+        return pd_status_ok();
+    *factors = malloc((size + 1) * sizeof **factors);
+    return *factors ? pd_status_ok()
+                    : pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_local);
+}
+
+static pd_status prepare(pd_body *b)
+{
+    const size_t d = (size_t)b->options.dimension;
+    double *factors = NULL;
+    pd_status status = pd_agree(b->comm, prepare_storage(b, &factors));
+    if (status.code == PD_OK && factors) {
+        for (pd_local i = 0; i < b->n_active; i++)
+            surface_factors(b, i, factors + (size_t)i * d);
+        pd_halo_copy(b->halo, factors, d * sizeof *factors);
+    }
+    if (status.code == PD_OK)
+        status = pd_agree(b->comm, weigh(b, factors));
     free(factors);
     return status;
 }
@@ -258,7 +269,7 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
         /* Two points in one place pull each other nowhere. */
         const double inverse = square > 0 ? 1 / sqrt(square) : 0;
         double t = b->weight[k] * (1 / b->length[k] - inverse);
-        if (holds && j >= b->n_moving)
+        if (holds && is_held(b, j))
             t *= 0.5 * mirror(b, i, j);
         for (int c = 0; c < d; c++)
             f[c] += t * Y[c];
@@ -267,24 +278,31 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
         b->force[(size_t)i * d + c] = f[c];
 }
 
-PD_INLINE void break_all(const int d, pd_body *b)
+/* Break bonds and find the force of point i. */
+PD_INLINE void treat(const int d, const bool breaks, pd_body *b, pd_local i)
 {
-    for (pd_local i = b->n_regular; i < b->n_active; i++)
+    if (breaks && !breaks_after_force(b))
+        break_bonds(d, true, b, i);
+    if (i < b->n_moving && beside_hold(b, i))
+        bond_force(d, true, b, i);
+    else if (i < b->n_moving)
+        bond_force(d, false, b, i);
+    if (breaks && breaks_after_force(b))
         break_bonds(d, true, b, i);
 }
 
+/* While ghosts are on their way, the points that need none. */
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
     const bool breaks = pd_body_can_break(&b->options);
-    if (breaks && !breaks_after_force(b))
-        break_all(d, b);
-    for (pd_local i = b->n_regular; i < b->n_moving; i++)
-        if (beside_hold(b, i))
-            bond_force(d, true, b, i);
-        else
-            bond_force(d, false, b, i);
-    if (breaks && breaks_after_force(b))
-        break_all(d, b);
+    const bool waits = pd_halo_is_under_way(b->halo);
+    for (pd_local i = b->n_regular; i < b->n_active; i++)
+        if (!waits || !family_has_ghosts(b, i))
+            treat(d, breaks, b, i);
+    pd_halo_end(b->halo);
+    for (pd_local i = b->n_regular; waits && i < b->n_active; i++)
+        if (family_has_ghosts(b, i))
+            treat(d, breaks, b, i);
 }
 
 PD_VERSIONS(pd_lattice_bond)
@@ -377,7 +395,7 @@ static void add_stiffness(void *sum, const pd_body *b, pd_local i, pd_local j,
                           double weight, double length, const double *Y)
 {
     (void)Y;
-    const double row = j < b->n_moving ? 2 : 0.5 * mirror(b, i, j) * mirror(b, i, j);
+    const double row = is_held(b, j) ? 0.5 * mirror(b, i, j) * mirror(b, i, j) : 2;
     *(double *)sum += row * weight / length / b->options.density;
 }
 
@@ -421,6 +439,7 @@ const pd_formulation pd_formulation_bond = {
     .name = "bond",
     .source = "[han2025] eqs 9-18, 28-30",
     .least_dimension = 1,
+    .ghost_layers = 1,
     .has_lattice_path = true,
     .criteria = PD_BY_STRETCH,
     .n_parameters = sizeof parameters / sizeof *parameters,

@@ -41,6 +41,11 @@
  * once in forces, updated once in advance. The sweeps that need both ends of a pair visit
  * it from the lower index and write to both.
  *
+ * A pair of an owned point and a ghost is kept by both ranks, and visited by each from its
+ * own point: every term is the same to the last bit from either end, so that both have the
+ * same stress and break the bond in the same step. What is written to a ghost is lost, but
+ * for the forces of Z on neighbours, which go back to the rank that owns them.
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include <math.h>
@@ -68,16 +73,18 @@
 enum { ORDER, ASSOCIATION };
 
 /* Pairs are the bonds of moving points to larger indices, in order: those of point i are
- * the last of its family. */
+ * the last of its family. Those of held points are their bonds to moving ghosts, so that
+ * they know what breaks. */
 typedef struct {
-    int64_t *upper;  /* [n_moving] first bond to a larger index */
-    size_t *pair;    /* [n_moving + 1] its number among the pairs */
+    int64_t *upper;  /* [n_active] first bond of a pair ... */
+    int64_t *end;    /* ... and the one after the last */
+    size_t *pair;    /* [n_active + 1] number of the first among the pairs */
     pd_local *met;   /* [n_active] how many lower neighbours a sweep has met */
-    double *volume;  /* [n_active] v, m3 */
-    double *share;   /* [n_active] 1/m3; 0 where a point bears no stress */
+    double *volume;  /* [n_local] v, m3 */
+    double *share;   /* [n_local] 1/m3; 0 where a point bears no stress */
     double *rows;    /* [n_moving][d][terms] R / horizon, for x / horizon */
-    double *tensor;  /* [n_active][d][d] Z while forces, L while advancing */
-    double *sigma;   /* [pairs][PD_SYMMETRIC], Pa; of moving points without association */
+    double *tensor;  /* [n_local][d][d] Z while forces, L while advancing */
+    double *sigma;   /* [pairs][PD_SYMMETRIC], Pa; of points, n_local, without association */
     double *plastic; /* likewise, or NULL where the material has none */
     double *soundness;    /* [pairs] omega_D, or NULL where bonds break at once */
     double least_stretch; /* smallest s_c of all bonds; 0: none */
@@ -122,16 +129,19 @@ PD_INLINE void relative_velocity(const int d, const bool holds, const pd_body *b
                                  pd_local i, pd_local j, double *dv)
 {
     const double *vi = b->v + (size_t)i * d, *vj = b->v + (size_t)j * d;
-    const bool into_hold = holds && j >= b->n_moving;
+    const bool into_hold = holds && is_held(b, j), out_of_hold = holds && is_held(b, i);
     for (int a = 0; a < d; a++)
-        dv[a] = into_hold ? -mirror(b, i, j) * vi[a] : vj[a] - vi[a];
+        dv[a] = into_hold     ? -mirror(b, i, j) * vi[a]
+                : out_of_hold ? mirror(b, j, i) * vj[a]
+                              : vj[a] - vi[a];
 }
 
 /* 1/|x|^2, bounded where the ends of the bond meet. */
-PD_INLINE double inverse_square(const int d, const pd_body *b, pd_local i,
+PD_INLINE double inverse_square(const int d, const pd_body *b, pd_local i, pd_local j,
                                 const double *x)
 {
-    const double least = NEAREST * b->options.horizon_ratio * b->spacing[i];
+    const double spacing = 0.5 * (b->spacing[i] + b->spacing[j]);
+    const double least = NEAREST * b->options.horizon_ratio * spacing;
     return 1 / fmax(dot(d, x, x), least * least);
 }
 
@@ -202,7 +212,8 @@ static int64_t partner(const pd_body *b, pd_local i, int64_t k)
 static void break_pair(pd_body *b, pd_local i, int64_t k)
 {
     pd_damage_break(b, k);
-    pd_damage_break(b, partner(b, i, k));
+    if (b->families.neighbour[k] < b->n_owned) /* else its rank does the same */
+        pd_damage_break(b, partner(b, i, k));
 }
 
 /* What stress or plastic strain does to a bond, appendix C. */
@@ -249,10 +260,11 @@ static bool is_overstretched(const pd_body *b, pd_local i, pd_local j, double re
 PD_INLINE void weigh_pairs(const int d, const bool holds, pd_body *b, pd_local i)
 {
     state *s = b->own;
-    for (int64_t k = s->upper[i]; k < b->families.first[i + 1]; k++) {
+    for (int64_t k = s->upper[i]; k < s->end[i]; k++) {
         const pd_local j = b->families.neighbour[k];
         /* Pairs come by rising i, as the families list their lower neighbours. */
-        const int64_t back = b->families.first[j] + s->met[j]++;
+        const bool is_ghost = j >= b->n_owned;
+        const int64_t back = is_ghost ? k : b->families.first[j] + s->met[j]++;
         if (b->broken && bond_is_broken(b, k))
             continue;
         double xi[3], x[3];
@@ -271,8 +283,8 @@ PD_INLINE void weigh_pairs(const int d, const bool holds, pd_body *b, pd_local i
             omega = 0;
         if (s->soundness)
             omega *= s->soundness[s->pair[i] + (size_t)(k - s->upper[i])];
-        b->weight[k] = omega * s->volume[j];
         b->weight[back] = omega * s->volume[i];
+        b->weight[k] = omega * s->volume[j];
     }
 }
 
@@ -280,9 +292,9 @@ PD_INLINE void weigh(const int d, pd_body *b)
 {
     state *s = b->own;
     memset(s->met, 0, (size_t)b->n_active * sizeof *s->met);
-    for (pd_local i = 0; i < b->n_active; i++)
+    for (pd_local i = 0; i < b->n_local; i++)
         s->volume[i] = b->J[i] * b->volume[i];
-    for (pd_local i = 0; i < b->n_moving; i++)
+    for (pd_local i = 0; i < b->n_active; i++)
         if (beside_hold(b, i))
             weigh_pairs(d, true, b, i);
         else
@@ -337,11 +349,15 @@ PD_INLINE void solve_points(const int d, const int n, pd_body *b)
 
 static void find_kernels(pd_body *b)
 {
+    pd_body_refresh(b);
+    pd_halo_copy(b->halo, b->J, sizeof *b->J);
     if (b->options.dimension == 2)
         weigh(2, b);
     else
         weigh(3, b);
     SWEEP(b, solve_points, b)
+    double *share = ((state *)b->own)->share;
+    pd_halo_copy(b->halo, share, sizeof *share);
 }
 
 /* ---- preparation ---- */
@@ -355,34 +371,39 @@ static void number_pairs(pd_body *b)
 {
     state *s = b->own;
     s->pair[0] = 0;
-    for (pd_local i = 0; i < b->n_moving; i++) {
-        int64_t k = b->families.first[i];
-        while (k < b->families.first[i + 1] && b->families.neighbour[k] < i)
+    for (pd_local i = 0; i < b->n_active; i++) {
+        const bool held = is_held(b, i);
+        int64_t k = b->families.first[i], end = b->families.first[i + 1];
+        while (k < end && b->families.neighbour[k] < (held ? b->n_owned : i))
             k++;
+        while (held && end > k && is_held(b, b->families.neighbour[end - 1]))
+            end--; /* moving ghosts come first */
         s->upper[i] = k;
-        s->pair[i + 1] = s->pair[i] + (size_t)(b->families.first[i + 1] - k);
+        s->end[i] = end;
+        s->pair[i + 1] = s->pair[i] + (size_t)(end - k);
     }
 }
 
 static pd_status allocate_points(pd_body *b)
 {
-    const size_t active = (size_t)b->n_active, moving = (size_t)b->n_moving;
+    const size_t local = (size_t)b->n_local, moving = (size_t)b->n_moving;
     const int d = b->options.dimension;
     const size_t rows = (size_t)(d * up_to_degree(d, order_of(b)));
     state *s = b->own = calloc(1, sizeof *s);
     if (!s)
         return pd_status_fail(PD_NO_MEMORY, -1, "bond-associated state");
-    s->upper = malloc((moving + 1) * sizeof *s->upper);
-    s->pair = malloc((moving + 1) * sizeof *s->pair);
-    s->met = malloc((active + 1) * sizeof *s->met);
-    s->volume = numbers(active);
-    s->share = numbers(active);
+    s->upper = malloc((local + 1) * sizeof *s->upper);
+    s->end = malloc((local + 1) * sizeof *s->end);
+    s->pair = malloc((local + 1) * sizeof *s->pair);
+    s->met = malloc((local + 1) * sizeof *s->met);
+    s->volume = numbers(local);
+    s->share = numbers(local);
     s->rows = numbers(moving * rows);
-    s->tensor = numbers(active * (size_t)(d * d));
-    b->carries = calloc(active + 1, sizeof *b->carries);
-    if (!s->upper || !s->pair || !s->met || !s->volume || !s->share || !s->rows ||
+    s->tensor = numbers(local * (size_t)(d * d));
+    b->carries = calloc(local + 1, sizeof *b->carries);
+    if (!s->upper || !s->end || !s->pair || !s->met || !s->volume || !s->share || !s->rows ||
         !s->tensor || !b->carries)
-        return pd_status_fail(PD_NO_MEMORY, -1, "bond-associated, %zu points", active);
+        return pd_status_fail(PD_NO_MEMORY, -1, "bond-associated, %zu points", local);
     return pd_status_ok();
 }
 
@@ -390,8 +411,8 @@ static pd_status allocate_bonds(pd_body *b)
 {
     state *s = b->own;
     const size_t bonds = (size_t)b->families.first[b->families.n];
-    const size_t pairs = s->pair[b->n_moving];
-    const size_t stresses = is_associated(b) ? pairs : (size_t)b->n_moving;
+    const size_t pairs = s->pair[b->n_active];
+    const size_t stresses = is_associated(b) ? pairs : (size_t)b->n_local;
     const bool decays = b->options.failed_strain > 0;
     b->weight = numbers(bonds);
     s->sigma = numbers(stresses * PD_SYMMETRIC);
@@ -416,7 +437,7 @@ static double find_least_stretch(const pd_body *b)
     return least;
 }
 
-static pd_status prepare(pd_body *b)
+static pd_status prepare_storage(pd_body *b)
 {
     const pd_body_options *o = &b->options;
     if (o->failed_strain > 0 && !o->material->is_plastic)
@@ -424,13 +445,19 @@ static pd_status prepare(pd_body *b)
                               "bonds that break by plastic strain, of the material %s, "
                               "which has none",
                               o->material->name);
-    if (!b->own) {
-        PD_TRY(allocate_points(b));
-        number_pairs(b);
-        PD_TRY(allocate_bonds(b));
-        if (o->critical_stretch > 0 || o->energy_release > 0)
-            ((state *)b->own)->least_stretch = find_least_stretch(b);
-    }
+    if (b->own)
+        return pd_status_ok();
+    PD_TRY(allocate_points(b));
+    number_pairs(b);
+    PD_TRY(allocate_bonds(b));
+    if (o->critical_stretch > 0 || o->energy_release > 0)
+        ((state *)b->own)->least_stretch = find_least_stretch(b);
+    return pd_status_ok();
+}
+
+static pd_status prepare(pd_body *b)
+{
+    PD_TRY(pd_agree(b->comm, prepare_storage(b)));
     find_kernels(b);
     return pd_status_ok();
 }
@@ -440,7 +467,7 @@ static void release(pd_body *b)
     state *s = b->own;
     if (!s)
         return;
-    void *arrays[] = {s->upper, s->pair,   s->met,   s->volume,  s->share,
+    void *arrays[] = {s->upper, s->end,    s->pair,  s->met,     s->volume,   s->share,
                       s->rows,  s->tensor, s->sigma, s->plastic, s->soundness};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free(arrays[k]);
@@ -473,9 +500,9 @@ PD_INLINE void pull_pairs(const int d, const bool holds, pd_body *b, pd_local i)
         double xi[3], x[3], T[9];
         bond(d, holds, b, i, j, xi, x);
         unpack(d, sigma, T);
-        const double by_square = inverse_square(d, b, i, x);
+        const double by_square = inverse_square(d, b, i, j, x);
         const double part = g * one_by_bearers(s, i, j);
-        const double reaction = holds && j >= b->n_moving ? mirror(b, i, j) : 1;
+        const double reaction = holds && is_held(b, j) ? mirror(b, i, j) : 1;
         double *fj = b->force + (size_t)j * (size_t)d;
         double *Zj = s->tensor + (size_t)j * (size_t)(d * d);
         for (int r = 0; r < d; r++) {
@@ -505,7 +532,7 @@ PD_INLINE void pull_points(const int d, pd_body *b)
 
 PD_INLINE void pull(const int d, pd_body *b)
 {
-    const size_t points = (size_t)b->n_active * (size_t)d;
+    const size_t points = (size_t)b->n_local * (size_t)d;
     memset(b->force, 0, points * sizeof *b->force);
     memset(((state *)b->own)->tensor, 0, points * (size_t)d * sizeof(double));
     if (!is_associated(b)) {
@@ -541,7 +568,7 @@ PD_INLINE void spread_point(const int d, const int n, pd_body *b, pd_local i)
         apply_rows(d, n, Z_R, bonds.x, f);
         for (int l = 0; l < LANES; l++) {
             const pd_local j = bonds.j[l];
-            const double reaction = holds && j >= b->n_moving ? mirror(b, i, j) : 1;
+            const double reaction = holds && is_held(b, j) ? mirror(b, i, j) : 1;
             for (int a = 0; a < d; a++) {
                 fi[a] += reaction * bonds.w[l] * f[a][l];
                 b->force[(size_t)j * (size_t)d + (size_t)a] -= bonds.w[l] * f[a][l];
@@ -552,6 +579,8 @@ PD_INLINE void spread_point(const int d, const int n, pd_body *b, pd_local i)
 
 PD_INLINE void spread(const int d, const int n, pd_body *b)
 {
+    memset(b->force + (size_t)b->n_owned * (size_t)d, 0,
+           (size_t)(b->n_local - b->n_owned) * (size_t)d * sizeof *b->force);
     for (pd_local i = 0; i < b->n_moving; i++)
         if (((state *)b->own)->share[i] > 0)
             spread_point(d, n, b, i);
@@ -574,6 +603,7 @@ static void forces(pd_body *b)
     else
         pull(3, b);
     SWEEP(b, spread, b)
+    pd_halo_sum(b->halo, b->force, (size_t)b->options.dimension);
     divide_by_volumes(b);
 }
 
@@ -604,7 +634,7 @@ PD_INLINE void point_gradient(const int d, const int n, pd_body *b, pd_local i)
 PD_INLINE void point_gradients(const int d, const int n, pd_body *b)
 {
     const state *s = b->own;
-    memset(s->tensor, 0, (size_t)b->n_active * (size_t)(d * d) * sizeof *s->tensor);
+    memset(s->tensor, 0, (size_t)b->n_local * (size_t)(d * d) * sizeof *s->tensor);
     for (pd_local i = 0; i < b->n_moving; i++)
         if (s->share[i] > 0) /* elsewhere L stays 0 */
             point_gradient(d, n, b, i);
@@ -626,7 +656,7 @@ PD_INLINE void bond_gradient(const int d, const bool holds, const pd_body *b, pd
     double xi[3], x[3], dv[3];
     bond(d, holds, b, i, j, xi, x);
     relative_velocity(d, holds, b, i, j, dv);
-    const double by_square = inverse_square(d, b, i, x);
+    const double by_square = inverse_square(d, b, i, j, x);
     for (int r = 0; r < d; r++) {
         const double lack = (dv[r] - dot(d, L + r * d, x)) * by_square;
         for (int c = 0; c < d; c++)
@@ -698,8 +728,8 @@ PD_INLINE void advance_pairs(const int d, pd_body *b, double dt, double at)
 {
     const state *s = b->own;
     block steps = {.n = 0};
-    for (pd_local i = 0; i < b->n_moving; i++)
-        for (int64_t k = s->upper[i]; k < b->families.first[i + 1]; k++) {
+    for (pd_local i = 0; i < b->n_active; i++)
+        for (int64_t k = s->upper[i]; k < s->end[i]; k++) {
             double L[9];
             if (beside_hold(b, i))
                 bond_gradient(d, true, b, i, k, L);
@@ -733,8 +763,8 @@ PD_INLINE void advance_points(const int d, pd_body *b, double dt, double at)
 static void damage_between_points(pd_body *b)
 {
     const state *s = b->own;
-    for (pd_local i = 0; i < b->n_moving; i++)
-        for (int64_t k = s->upper[i]; k < b->families.first[i + 1]; k++) {
+    for (pd_local i = 0; i < b->n_active; i++)
+        for (int64_t k = s->upper[i]; k < s->end[i]; k++) {
             const pd_local ends[2] = {i, b->families.neighbour[k]};
             const double part = one_by_bearers(s, ends[0], ends[1]);
             double strain = 0, stress = 0;
@@ -793,14 +823,23 @@ PD_INLINE void advance_all(const int d, pd_body *b, double dt, double at)
         advance_pairs(d, b, dt, at);
     else
         advance_points(d, b, dt, at);
-    if (b->broken && !is_associated(b))
+    if (b->broken && !is_associated(b)) {
+        const state *s = b->own;
+        pd_halo_copy(b->halo, s->sigma, PD_SYMMETRIC * sizeof *s->sigma);
+        if (s->plastic)
+            pd_halo_copy(b->halo, s->plastic, sizeof *s->plastic);
         damage_between_points(b);
+    }
     deform_points(d, b, dt, at);
 }
 
 static void advance(pd_body *b, double dt, double at)
 {
+    const int d = b->options.dimension;
+    double *L = ((state *)b->own)->tensor;
+    pd_halo_copy(b->halo, b->v, (size_t)d * sizeof *b->v);
     SWEEP(b, point_gradients, b)
+    pd_halo_copy(b->halo, L, (size_t)(d * d) * sizeof *L);
     if (b->options.dimension == 2)
         advance_all(2, b, dt, at);
     else
@@ -823,7 +862,8 @@ static void average(const pd_body *b, int width, const double *of_pairs, double 
             for (int c = 0; c < width; c++) {
                 const double value = of_pairs[pair * (size_t)width + (size_t)c];
                 values[i * width + c] += to_i * value;
-                values[j * width + c] += to_j * value;
+                if (j < b->n_owned)
+                    values[j * width + c] += to_j * value;
             }
         }
 }
@@ -887,7 +927,7 @@ static void columns(const int d, const int n, const pd_body *b, pd_local i,
                    Phi);
         for (int l = 0; l < LANES; l++) {
             const pd_local j = bonds.j[l];
-            const bool into_hold = j >= b->n_moving;
+            const bool into_hold = is_held(b, j);
             double square = 0;
             for (int a = 0; a < d; a++) {
                 const double column = bonds.w[l] * Phi[a][l];
@@ -919,11 +959,11 @@ static void weigh_columns(const pd_body *b, bound *measured)
             const double row = part * part * (mine->columns + its->columns);
             double xi[3];
             subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-            const double mirrored = j >= b->n_moving ? mirror(b, i, j) : 0;
+            const double mirrored = is_held(b, j) ? mirror(b, i, j) : 0;
             const double ends = mirrored > 0 ? mirrored * mirrored : 2;
             mine->weight += g * row, its->weight += g * row;
-            mine->direct += g * ends * inverse_square(d, b, i, xi);
-            its->direct += g * ends * inverse_square(d, b, i, xi);
+            mine->direct += g * ends * inverse_square(d, b, i, j, xi);
+            its->direct += g * ends * inverse_square(d, b, i, j, xi);
         }
 }
 
@@ -934,10 +974,11 @@ static void frequency(const pd_body *b, double *omega2)
     const int n = order_of(b);
     const double c = pd_body_longitudinal_speed(b);
     bound *measured = (bound *)s->tensor; /* free between forces and advance */
-    memset(measured, 0, (size_t)b->n_active * d * d * sizeof *s->tensor);
-    memset(omega2, 0, (size_t)b->n_moving * sizeof *omega2);
+    memset(measured, 0, (size_t)b->n_local * d * d * sizeof *s->tensor);
+    memset(omega2, 0, (size_t)b->n_local * sizeof *omega2);
     for (pd_local i = 0; i < b->n_moving; i++)
         columns((int)d, n, b, i, measured, NULL);
+    pd_halo_copy(b->halo, measured, sizeof *measured);
     if (is_associated(b))
         weigh_columns(b, measured);
     else
@@ -945,6 +986,7 @@ static void frequency(const pd_body *b, double *omega2)
             measured[i].weight = s->volume[i] * measured[i].columns;
     for (pd_local i = 0; i < b->n_moving; i++)
         columns((int)d, n, b, i, measured, omega2);
+    pd_halo_sum(b->halo, omega2, 1);
     for (pd_local i = 0; i < b->n_moving; i++)
         omega2[i] = c * c * (omega2[i] + measured[i].direct) / b->volume[i];
 }
@@ -976,6 +1018,7 @@ const pd_formulation pd_formulation_bond_associated = {
     .name = "bondAssociated",
     .source = "[behzadinasab2021] appendices A, C",
     .least_dimension = 2,
+    .ghost_layers = 1,
     .criteria = PD_BY_STRETCH | PD_BY_STRESS | PD_BY_PLASTIC_STRAIN,
     .n_parameters = sizeof parameters / sizeof *parameters,
     .parameters = parameters,

@@ -53,7 +53,7 @@ static double weight_of(const pd_body *b, double length, double spacing, double 
 static void weigh_bonds(pd_body *b)
 {
     const int d = b->options.dimension;
-    for (pd_local i = b->n_regular; i < b->n_active; i++)
+    PD_FOR_GENERAL(b, i)
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
             const pd_local j = b->families.neighbour[k];
             double xi[3];
@@ -103,18 +103,19 @@ static pd_status prepare_lattice(pd_body *b)
 /* Pages of regular points that nothing touches cost nothing. */
 static pd_status allocate(pd_body *b)
 {
-    const size_t active = (size_t)b->n_active, d = (size_t)b->options.dimension;
+    const size_t local = (size_t)b->n_local + 1, d = (size_t)b->options.dimension;
     const size_t bonds = (size_t)b->families.first[b->families.n];
     const bool controlled = b->options.formulation_parameters[ZERO_ENERGY] > 0;
     if (b->weight)
         return pd_status_ok();
     b->weight = malloc((bonds + 1) * sizeof *b->weight);
-    b->K_inverse = calloc(active * d * d, sizeof *b->K_inverse);
-    /* Held points bear no stress: their Q stays 0. */
-    b->Q = calloc((size_t)b->n_local * d * d, sizeof *b->Q);
-    b->carries = calloc(active, sizeof *b->carries);
+    b->K_inverse = calloc(local * d * d, sizeof *b->K_inverse);
+    /* Held points bear no stress: their Q stays 0. So does that of far ghosts, which only
+     * near ghosts read. */
+    b->Q = calloc(local * d * d, sizeof *b->Q);
+    b->carries = calloc(local, sizeof *b->carries);
     if (controlled)
-        b->control = calloc((size_t)b->n_local, sizeof *b->control);
+        b->control = calloc(local, sizeof *b->control);
     if (!b->weight || !b->K_inverse || !b->Q || !b->carries ||
         (controlled && !b->control))
         return pd_status_fail(PD_NO_MEMORY, -1, "correspondence of %zu bonds", bonds);
@@ -123,9 +124,9 @@ static pd_status allocate(pd_body *b)
     sweeps *own = b->own = calloc(1, sizeof *own);
     if (!own)
         return pd_status_fail(PD_NO_MEMORY, -1, "rings");
-    own->moment = calloc((size_t)b->n_regular * d + 1, sizeof *own->moment);
+    own->moment = calloc(local * d, sizeof *own->moment);
     if (!own->moment)
-        return pd_status_fail(PD_NO_MEMORY, -1, "moments of %d points", b->n_regular);
+        return pd_status_fail(PD_NO_MEMORY, -1, "moments of %d points", b->n_local);
     /* In space a plane of Q goes into the forces around while it is near, after what
      * breaks there is known; else, and for control, planes stay until all around are
      * there. */
@@ -152,16 +153,21 @@ static void release(pd_body *b)
     free(own);
 }
 
-static pd_status prepare(pd_body *b)
+static pd_status prepare_here(pd_body *b)
 {
     PD_TRY(allocate(b));
     weigh_bonds(b);
-    for (pd_local i = b->n_regular; i < b->n_active; i++)
+    PD_FOR_GENERAL(b, i)
         if (b->options.dimension == 2)
             invert_shape(2, b, i);
         else
             invert_shape(3, b, i);
     return b->lattice ? prepare_lattice(b) : pd_status_ok();
+}
+
+static pd_status prepare(pd_body *b)
+{
+    return pd_agree(b->comm, prepare_here(b));
 }
 
 /* ---- deformation gradients and broken bonds ---- */
@@ -200,17 +206,31 @@ PD_INLINE void deform_point(const int d, const bool holds, pd_body *b, pd_local 
 {
     if (pd_body_can_break(&b->options) && break_bonds(d, holds, b, i))
         invert_shape(d, b, i);
-    if (i < b->n_moving)
+    if (!is_held(b, i))
         gradient(d, holds, b, i);
 }
 
+PD_INLINE void deform(const int d, pd_body *b, pd_local i)
+{
+    if (beside_hold(b, i))
+        deform_point(d, true, b, i);
+    else
+        deform_point(d, false, b, i);
+}
+
+/* While ghosts are on their way, those of the points that need none. */
 PD_INLINE void gradients(const int d, pd_body *b)
 {
-    for (pd_local i = b->n_regular; i < b->n_active; i++)
-        if (beside_hold(b, i))
-            deform_point(d, true, b, i);
-        else
-            deform_point(d, false, b, i);
+    const bool waits = pd_halo_is_under_way(b->halo);
+    if (next_general(b, b->n_regular - 1) == b->n_local)
+        return; /* the lattice may wait yet */
+    for (pd_local i = b->n_regular; waits && i < b->n_active; i++)
+        if (!family_has_ghosts(b, i))
+            deform(d, b, i);
+    pd_halo_end(b->halo);
+    PD_FOR_GENERAL(b, i)
+        if (!waits || family_has_ghosts(b, i) || i >= b->n_owned)
+            deform(d, b, i);
 }
 
 /* ---- forces ---- */
@@ -223,11 +243,12 @@ PD_INLINE void points_last(const int d, size_t n, const double *from, double *to
             to[c * n + p] = from[p * (size_t)(d * d) + c];
 }
 
-PD_INLINE void stresses(const int d, pd_body *b)
+/* Q of points [from, to). */
+PD_INLINE void stresses(const int d, pd_body *b, pd_local from, pd_local to)
 {
     double F[PD_BLOCK * 9], P[PD_BLOCK * 9];
-    for (pd_local start = b->n_regular; start < b->n_moving; start += PD_BLOCK) {
-        const pd_local left = b->n_moving - start, n = left < PD_BLOCK ? left : PD_BLOCK;
+    for (pd_local start = from; start < to; start += PD_BLOCK) {
+        const pd_local left = to - start, n = left < PD_BLOCK ? left : PD_BLOCK;
         points_last(d, (size_t)n, b->F + (size_t)start * d * d, F);
         stress_points(d, b, (size_t)n, F, b->J + start, P);
         for (pd_local q = 0; q < n; q++) {
@@ -251,7 +272,7 @@ PD_INLINE void control_force(const int d, const bool holds, const pd_body *b, pd
         double xi[3], Y[3];
         bond(d, holds, b, i, j, xi, Y);
         double w = b->weight[k] * (g_i + control_now(b, j));
-        if (holds && j >= b->n_moving)
+        if (holds && is_held(b, j))
             w *= mirror(b, i, j);
         for (int c = 0; c < d; c++)
             f[c] += w * Y[c];
@@ -267,7 +288,7 @@ PD_INLINE void bond_force(const int d, const bool holds, pd_body *b, pd_local i)
         const pd_local j = b->families.neighbour[k];
         const double *Qj = b->Q + (size_t)j * (size_t)(d * d);
         const double w =
-            holds && j >= b->n_moving ? b->weight[k] * mirror(b, i, j) : b->weight[k];
+            holds && is_held(b, j) ? b->weight[k] * mirror(b, i, j) : b->weight[k];
         double xi[3];
         subtract(d, b->X + (size_t)j * (size_t)d, Xi, xi);
         for (int r = 0; r < d; r++) {
@@ -299,10 +320,12 @@ PD_VERSIONS(pd_lattice_correspondence)
 PD_INLINE void all_forces(const int d, pd_body *b)
 {
     gradients(d, b);
-    stresses(d, b);
+    stresses(d, b, b->n_regular, b->n_moving);
+    stresses(d, b, b->near.regular, b->near.moving);
     if (b->lattice)
         pd_lattice_correspondence(b);
     bond_forces(d, b);
+    pd_halo_end(b->halo); /* where nothing needed a ghost */
 }
 
 static void forces(pd_body *b)
@@ -318,7 +341,7 @@ static void forces(pd_body *b)
 /* g of any moving point, wherever it is kept. */
 static double control_at(const pd_body *b, pd_local i)
 {
-    if (i < b->n_regular && chunk_is_whole(pd_lattice_chunk(b, i)))
+    if (is_regular(b, i) && chunk_is_whole(pd_lattice_chunk(b, i)))
         return ((const sweeps *)b->own)->g;
     return b->control[i];
 }
@@ -361,7 +384,7 @@ static double energy(const pd_body *b)
 static const double *shape_at(const pd_body *b, pd_local i)
 {
     const size_t d = (size_t)b->options.dimension;
-    if (i < b->n_regular && chunk_is_whole(pd_lattice_chunk(b, i)))
+    if (is_regular(b, i) && chunk_is_whole(pd_lattice_chunk(b, i)))
         return ((const sweeps *)b->own)->K_inverse;
     return b->K_inverse + (size_t)i * d * d;
 }
@@ -412,11 +435,12 @@ static own_part own_part_of(const pd_body *b, pd_local i, const pd_family *famil
     for (pd_local k = 0; k < family->count; k++) {
         const pd_local j = family->neighbour[k];
         const double w = family_weight(b, i, family, k);
-        const double part = j < b->n_moving ? 1 : mirror(b, i, j);
+        const bool held = is_held(b, j);
+        const double part = held ? mirror(b, i, j) : 1;
         double xi[3];
         subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-        own.moving += j < b->n_moving ? w : 0;
-        own.held += j < b->n_moving ? 0 : w * part * part;
+        own.moving += held ? 0 : w;
+        own.held += held ? w * part * part : 0;
         for (int a = 0; a < d; a++)
             sum[a] += w * part * xi[a];
     }
@@ -445,7 +469,7 @@ static void bound_energy(const pd_body *b, pd_local i, const double *K_inverse,
     omega2[i] += theta * mu + g * (own.moving + own.held / 2);
     for (pd_local k = 0; k < family.count; k++) {
         const pd_local j = family.neighbour[k];
-        if (j < b->n_moving) /* w of j's bond to i */
+        if (!is_held(b, j)) /* w of j's bond to i */
             omega2[j] +=
                 family_weight(b, i, &family, k) * b->volume[i] / b->volume[j] * (mu + g);
     }
@@ -453,9 +477,10 @@ static void bound_energy(const pd_body *b, pd_local i, const double *K_inverse,
 
 static void frequency(const pd_body *b, double *omega2)
 {
-    memset(omega2, 0, (size_t)b->n_moving * sizeof *omega2);
+    memset(omega2, 0, (size_t)b->n_local * sizeof *omega2);
     for (pd_local i = 0; i < b->n_moving; i++)
         bound_energy(b, i, shape_at(b, i), omega2);
+    pd_halo_sum(b->halo, omega2, 1);
 }
 
 /* P F^T / J of point i; in two dimensions J counts the thickness. */
@@ -508,6 +533,7 @@ const pd_formulation pd_formulation_correspondence = {
     .source = "[kim2023] eqs 12-18, 24-30",
     .corresponds = true,
     .least_dimension = 2,
+    .ghost_layers = 2,
     .has_lattice_path = true,
     .criteria = PD_BY_STRETCH,
     .accepts = accepts,

@@ -19,71 +19,106 @@
 
 /* ---- is it one? ---- */
 
-/* Step and box of the points; false when they cannot be a lattice. */
-static bool measure(pd_lattice *l, size_t n, const double *X, const double *volume)
+/* Box of owned points of all ranks, their mean volume, and how many there are. */
+typedef struct {
+    double low[3], high[3], mean, n;
+} extent;
+
+static extent measure(MPI_Comm comm, int d, const pd_part *c)
 {
-    double high[3] = {0}, total = 0, widest = 0;
-    for (int a = 0; a < l->d; a++)
-        l->origin[a] = high[a] = X[a];
-    for (size_t i = 0; i < n; i++) {
-        total += volume[i];
-        for (int a = 0; a < l->d; a++) {
-            l->origin[a] = fmin(l->origin[a], X[3 * i + (size_t)a]);
-            high[a] = fmax(high[a], X[3 * i + (size_t)a]);
+    double total[2] = {0, c->n_owned}, most[6];
+    for (int a = 0; a < 6; a++)
+        most[a] = -HUGE_VAL;
+    for (pd_local i = 0; i < c->n_owned; i++) {
+        total[0] += c->volume[i];
+        for (int a = 0; a < d; a++) {
+            const double X = c->X[3 * (size_t)i + (size_t)a];
+            most[a] = fmax(most[a], -X);
+            most[3 + a] = fmax(most[3 + a], X);
         }
     }
-    const double mean = total / (double)n;
-    const double guess = l->d == 1 ? mean : l->d == 2 ? sqrt(mean) : cbrt(mean);
-    l->step = guess;
-    for (int a = 0; a < l->d; a++) {
-        const double steps = (high[a] - l->origin[a]) / guess;
-        if (!(steps < 1e6))
-            return false;
-        l->count[a] = (int64_t)(steps + 0.5) + 1;
-        if (steps > widest) {
-            widest = steps;
-            if (l->count[a] > 1)
-                l->step = (high[a] - l->origin[a]) / (double)(l->count[a] - 1);
-        }
-    }
-    if (fabs(l->step - guess) > TOLERANCE * guess)
-        return false;
-    for (size_t i = 0; i < n; i++)
-        if (fabs(volume[i] - mean) > TOLERANCE * mean)
-            return false;
-    return true;
+    pd_sum_all(comm, total, 2);
+    pd_largest_all(comm, most, 6);
+    extent e = {.mean = total[0] / total[1], .n = total[1]};
+    for (int a = 0; a < d; a++)
+        e.low[a] = -most[a], e.high[a] = most[3 + a];
+    return e;
 }
 
-void pd_lattice_index(const pd_lattice *l, const double *X, int64_t *index)
+/* Origin and step; false when the points cannot be a lattice. */
+static bool span(pd_lattice *l, const extent *e)
+{
+    const double guess = l->d == 1 ? e->mean : l->d == 2 ? sqrt(e->mean) : cbrt(e->mean);
+    double widest = 0;
+    l->step = guess;
+    for (int a = 0; a < l->d; a++) {
+        l->origin[a] = e->low[a];
+        const double steps = (e->high[a] - e->low[a]) / guess;
+        if (!(steps < 1e6))
+            return false;
+        if (steps > widest) {
+            widest = steps;
+            if (steps >= 0.5)
+                l->step = (e->high[a] - e->low[a]) / floor(steps + 0.5);
+        }
+    }
+    return fabs(l->step - guess) <= TOLERANCE * guess;
+}
+
+static void index_of(const pd_lattice *l, const double *X, int64_t *index)
 {
     for (int a = 0; a < l->d; a++)
         index[a] = (int64_t)floor((X[a] - l->origin[a]) / l->step + 0.5);
 }
 
-static bool all_stand_on_it(const pd_lattice *l, size_t n, const double *X)
+void pd_lattice_index(const pd_lattice *l, const double *X, int64_t *index)
 {
-    for (size_t i = 0; i < n; i++) {
+    index_of(l, X, index);
+    for (int a = 0; a < l->d; a++)
+        index[a] -= l->low[a];
+}
+
+void pd_lattice_place(const pd_lattice *l, double *X)
+{
+    int64_t index[3];
+    index_of(l, X, index);
+    for (int a = 0; a < l->d; a++)
+        X[a] = l->origin[a] + (double)index[a] * l->step;
+}
+
+/* Do the points of this rank, ghosts too, stand on it? Finds their box. */
+static bool all_stand_on_it(pd_lattice *l, double mean, const pd_part *c)
+{
+    int64_t high[3] = {0};
+    for (pd_local i = 0; i < c->n; i++) {
+        const double *X = c->X + 3 * (size_t)i;
         int64_t index[3] = {0};
-        pd_lattice_index(l, X + 3 * i, index);
+        index_of(l, X, index);
+        if (fabs(c->volume[i] - mean) > TOLERANCE * mean)
+            return false;
         for (int a = 0; a < l->d; a++) {
             const double there = l->origin[a] + (double)index[a] * l->step;
-            if (fabs(X[3 * i + (size_t)a] - there) > TOLERANCE * l->step)
+            if (fabs(X[a] - there) > TOLERANCE * l->step)
                 return false;
+            l->low[a] = i == 0 || index[a] < l->low[a] ? index[a] : l->low[a];
+            high[a] = i == 0 || index[a] > high[a] ? index[a] : high[a];
         }
     }
+    for (int a = 0; a < 3; a++)
+        l->count[a] = a < l->d ? high[a] - l->low[a] + 1 : 1;
     return true;
 }
 
 /* Is some place of the lattice taken twice? */
-static pd_status find_double(const pd_lattice *l, size_t n, const double *X, bool *found)
+static pd_status find_double(const pd_lattice *l, const pd_part *c, bool *found)
 {
     const size_t places = (size_t)(l->count[0] * l->count[1] * l->count[2]);
     unsigned char *taken = calloc(places, 1);
     if (!taken)
         return pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu places", places);
-    for (size_t i = 0; i < n; i++) {
+    for (pd_local i = 0; i < c->n; i++) {
         int64_t index[3] = {0};
-        pd_lattice_index(l, X + 3 * i, index);
+        pd_lattice_index(l, c->X + 3 * (size_t)i, index);
         unsigned char *here =
             &taken[(index[2] * l->count[1] + index[1]) * l->count[0] + index[0]];
         *found |= *here;
@@ -210,45 +245,71 @@ static void lay_out(pd_lattice *l)
     l->planes = l->d == 1 ? 1 : l->count[l->d - 1];
 }
 
-pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
-                          const double *volume, pd_lattice **lattice)
+/* Is this rank's part of the lattice one that is worth having? */
+static pd_status judge(const pd_body_options *o, const extent *e, const pd_part *c,
+                       pd_lattice *l, bool *good)
 {
-    *lattice = NULL;
-    if (o->general || !o->formulation->has_lattice_path || n < 2)
+    *good = false;
+    if (!span(l, e) || !all_stand_on_it(l, e->mean, c))
         return pd_status_ok();
-    pd_lattice l = {.d = o->dimension, .count = {1, 1, 1}};
-    if (!measure(&l, n, X, volume) || !all_stand_on_it(&l, n, X))
-        return pd_status_ok();
-    l.reach = (int)o->horizon_ratio;
-    lay_out(&l);
-    l.n_offsets = list_offsets(&l, o->horizon_ratio, NULL);
+    l->reach = (int)o->horizon_ratio;
+    lay_out(l);
+    l->n_offsets = list_offsets(l, o->horizon_ratio, NULL);
     /* A hollow body would drag an empty box along. */
-    if (l.n_offsets < 1 || l.reach > PD_MOST_REACH || l.n_offsets > PD_MOST_OFFSETS ||
-        (double)l.plane * (double)l.planes > 8. * (double)n + 65536 ||
-        l.plane > INT32_MAX / 2)
+    if (l->n_offsets < 1 || l->reach > PD_MOST_REACH || l->n_offsets > PD_MOST_OFFSETS ||
+        (double)l->plane * (double)l->planes > 8. * c->n + 65536 ||
+        l->plane > INT32_MAX / 2)
         return pd_status_ok();
     bool shared = false;
-    PD_TRY(find_double(&l, n, X, &shared));
-    if (shared)
-        return pd_status_ok();
-    l.offset = malloc((size_t)l.n_offsets * sizeof *l.offset);
-    l.run = malloc((size_t)l.n_offsets * sizeof *l.run);
-    l.fold = malloc((size_t)l.n_offsets * sizeof *l.fold);
-    *lattice = malloc(sizeof **lattice);
-    if (!l.offset || !l.run || !l.fold || !*lattice) {
-        free(l.offset);
-        free(l.run);
-        free(l.fold);
-        free(*lattice);
-        *lattice = NULL;
-        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice");
-    }
-    list_offsets(&l, o->horizon_ratio, l.offset);
-    order_offsets(&l);
-    list_runs(&l);
-    list_folds(&l);
-    **lattice = l;
+    PD_TRY(find_double(l, c, &shared));
+    *good = !shared;
     return pd_status_ok();
+}
+
+static pd_status list_all_offsets(const pd_body_options *o, pd_lattice *l)
+{
+    const size_t n = (size_t)l->n_offsets;
+    l->offset = malloc(n * sizeof *l->offset);
+    l->run = malloc(n * sizeof *l->run);
+    l->fold = malloc(n * sizeof *l->fold);
+    if (!l->offset || !l->run || !l->fold)
+        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice");
+    list_offsets(l, o->horizon_ratio, l->offset);
+    order_offsets(l);
+    list_runs(l);
+    list_folds(l);
+    return pd_status_ok();
+}
+
+pd_status pd_lattice_find(MPI_Comm comm, const pd_body_options *o, const pd_part *c,
+                          pd_lattice **lattice)
+{
+    *lattice = NULL;
+    if (o->general || !o->formulation->has_lattice_path)
+        return pd_status_ok();
+    const extent e = measure(comm, o->dimension, c);
+    if (e.n < 2)
+        return pd_status_ok();
+    bool good = true;
+    pd_status status = pd_status_ok();
+    pd_lattice *l = calloc(1, sizeof *l);
+    if (!l)
+        status = pd_status_fail(PD_NO_MEMORY, -1, "a lattice");
+    else
+        l->d = o->dimension;
+    if (l && c->n > 0)
+        status = judge(o, &e, c, l, &good);
+    int64_t against = !good;
+    status = pd_agree(comm, status);
+    pd_count_all(comm, &against, 1);
+    if (status.code == PD_OK && against == 0 && c->n > 0) {
+        status = list_all_offsets(o, l);
+        if (status.code == PD_OK)
+            *lattice = l;
+    }
+    if (!*lattice)
+        pd_lattice_free(l);
+    return pd_agree(comm, status);
 }
 
 static void forget_weights(pd_chunk *c)
@@ -261,7 +322,7 @@ static void forget_weights(pd_chunk *c)
 
 static void free_chunks(pd_chunks *chunks, int64_t planes)
 {
-    if (chunks->first && chunks->chunk)
+    if (chunks->first && chunks->chunk && planes > 0)
         for (int64_t k = 0; k < chunks->first[planes]; k++)
             forget_weights(&chunks->chunk[k]);
     free(chunks->chunk);
@@ -278,6 +339,7 @@ void pd_lattice_free(pd_lattice *l)
     free(l->run);
     free(l->fold);
     free(l->column);
+    free(l->column_of);
     free(l->at);
     free(l->broken);
     free(l);
@@ -305,34 +367,93 @@ static pd_chunk chunk_at(const pd_lattice *l, pd_local p, int32_t cell)
                       .count = 1};
 }
 
-/* Chunks of the regular points, which are in order of their cells. */
-static pd_status chunk_regular(pd_body *b)
+/* Place of a point in the order of planes and cells. */
+static int64_t place_of(const pd_lattice *l, const pd_body *b, pd_local p)
+{
+    int32_t cell;
+    const int64_t plane = cell_of(l, b->X + (size_t)p * (size_t)l->d, &cell);
+    return plane * l->plane + cell;
+}
+
+/* Regular points in order of their cells: owned ones and near ghosts are so each. */
+static size_t order_regular(const pd_body *b, pd_local *order)
+{
+    const pd_lattice *l = b->lattice;
+    pd_local p = 0, g = b->n_owned;
+    size_t n = 0;
+    while (p < b->n_regular || g < b->near.regular) {
+        const bool ghost =
+            p == b->n_regular ||
+            (g < b->near.regular && place_of(l, b, g) < place_of(l, b, p));
+        order[n++] = ghost ? g++ : p++;
+    }
+    return n;
+}
+
+typedef struct {
+    int64_t place;
+    pd_local point;
+} placed;
+
+static int by_cell(const void *one, const void *two)
+{
+    const placed *a = one, *b = two;
+    return (a->place > b->place) - (a->place < b->place);
+}
+
+/* The other points that regular ones may have for neighbours, likewise. */
+static pd_status order_others(const pd_body *b, pd_local *order, size_t *n)
+{
+    placed *places = malloc((size_t)(b->n_local - b->n_regular + 1) * sizeof *places);
+    if (!places)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_local);
+    *n = 0;
+    for (pd_local p = b->n_regular; p < b->n_local; p++)
+        if (!is_regular(b, p) && keeps_family(b, p))
+            places[(*n)++] = (placed){place_of(b->lattice, b, p), p};
+    qsort(places, *n, sizeof *places, by_cell);
+    for (size_t k = 0; k < *n; k++)
+        order[k] = places[k].point;
+    free(places);
+    return pd_status_ok();
+}
+
+/* Append point p to the last chunk, if it is next to that, or as a chunk of its own. */
+static void append_point(const pd_lattice *l, const pd_body *b, pd_local p,
+                         pd_chunks *chunks, int64_t *n)
+{
+    const int64_t place = place_of(l, b, p), plane = place / l->plane;
+    const int32_t cell = (int32_t)(place % l->plane);
+    pd_chunk *last = *n > chunks->first[plane] ? &chunks->chunk[*n - 1] : NULL;
+    const bool is_ghost = p >= b->n_owned;
+    if (last && last->count < PD_LANES && cell == last->cell + last->count &&
+        p == last->point + last->count && is_ghost == last->is_ghost) {
+        last->count++;
+        return;
+    }
+    chunks->chunk[*n] = chunk_at(l, p, cell);
+    chunks->chunk[(*n)++].is_ghost = is_ghost;
+}
+
+/* Chunks of points in order of their cells. */
+static pd_status chunk_points(pd_body *b, const pd_local *order, size_t count,
+                              pd_chunks *chunks)
 {
     pd_lattice *l = b->lattice;
-    const size_t d = (size_t)l->d;
-    pd_chunks *chunks = &l->regular;
     chunks->first = calloc((size_t)l->planes + 1, sizeof *chunks->first);
-    chunks->chunk = malloc(((size_t)b->n_regular + 1) * sizeof *chunks->chunk);
+    chunks->chunk = malloc((count + 1) * sizeof *chunks->chunk);
     if (!chunks->first || !chunks->chunk)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_regular);
-    int64_t n = 0, last_plane = -1;
-    for (pd_local p = 0; p < b->n_regular; p++) {
-        int32_t cell;
-        const int64_t plane = cell_of(l, b->X + (size_t)p * d, &cell);
-        pd_chunk *last = chunks->chunk + n - 1;
-        l->at[plane * l->plane + cell] = p;
-        if (n > 0 && plane == last_plane && last->count < PD_LANES &&
-            cell == last->cell + last->count) {
-            last->count++;
-            continue;
-        }
-        chunks->chunk[n++] = chunk_at(l, p, cell);
-        chunks->first[plane + 1] = n;
-        last_plane = plane;
+        return pd_status_fail(PD_NO_MEMORY, -1, "%zu points", count);
+    int64_t n = 0, at = 0;
+    for (size_t k = 0; k < count; k++) {
+        const int64_t place = place_of(l, b, order[k]);
+        while (at < place / l->plane)
+            chunks->first[++at] = n;
+        append_point(l, b, order[k], chunks, &n);
+        l->at[place] = order[k];
     }
-    for (int64_t z = 0; z < l->planes; z++) /* planes without a chunk */
-        if (chunks->first[z + 1] < chunks->first[z])
-            chunks->first[z + 1] = chunks->first[z];
+    while (at < l->planes)
+        chunks->first[++at] = n;
     pd_chunk *fitted = realloc(chunks->chunk, ((size_t)n + 1) * sizeof *chunks->chunk);
     if (fitted)
         chunks->chunk = fitted;
@@ -349,46 +470,27 @@ static int by_column(const void *one, const void *two)
 
 static pd_status order_by_column(pd_lattice *l)
 {
-    pd_chunks *chunks = &l->regular;
+    const pd_chunks *chunks = &l->regular;
     const size_t n = (size_t)chunks->first[l->planes];
-    pd_chunk **order = malloc((n + 1) * sizeof *order);
+    const pd_chunk **order = malloc((n + 1) * sizeof *order);
     l->column = malloc((n + 1) * sizeof *l->column);
-    if (!order || !l->column) {
+    l->column_of = calloc((size_t)l->planes + 1, sizeof *l->column_of);
+    if (!order || !l->column || !l->column_of) {
         free(order);
         return pd_status_fail(PD_NO_MEMORY, -1, "%zu chunks", n);
     }
-    for (size_t m = 0; m < n; m++)
-        order[m] = &chunks->chunk[m];
-    for (int64_t z = 0; z < l->planes; z++)
-        qsort(order + chunks->first[z], (size_t)(chunks->first[z + 1] - chunks->first[z]),
-              sizeof *order, by_column);
-    for (size_t m = 0; m < n; m++)
+    for (int64_t z = 0; z < l->planes; z++) {
+        int64_t end = l->column_of[z];
+        for (int64_t m = chunks->first[z]; m < chunks->first[z + 1]; m++)
+            if (!chunks->chunk[m].is_ghost)
+                order[end++] = &chunks->chunk[m];
+        qsort(order + l->column_of[z], (size_t)(end - l->column_of[z]), sizeof *order,
+              by_column);
+        l->column_of[z + 1] = end;
+    }
+    for (int64_t m = 0; m < l->column_of[l->planes]; m++)
         l->column[m] = (int32_t)(order[m] - chunks->chunk);
     free(order);
-    return pd_status_ok();
-}
-
-/* A chunk for each of the points [n_regular, n_active), by plane. */
-static pd_status place_others(pd_body *b)
-{
-    pd_lattice *l = b->lattice;
-    const size_t d = (size_t)l->d;
-    pd_chunks *chunks = &l->other;
-    chunks->first = calloc((size_t)l->planes + 2, sizeof *chunks->first);
-    chunks->chunk =
-        malloc(((size_t)(b->n_active - b->n_regular) + 1) * sizeof *chunks->chunk);
-    if (!chunks->first || !chunks->chunk)
-        return pd_status_fail(PD_NO_MEMORY, -1, "%d points", b->n_active - b->n_regular);
-    int32_t cell;
-    for (pd_local p = b->n_regular; p < b->n_active; p++)
-        chunks->first[cell_of(l, b->X + (size_t)p * d, &cell) + 2]++;
-    for (int64_t z = 0; z < l->planes; z++)
-        chunks->first[z + 1] += chunks->first[z];
-    for (pd_local p = b->n_regular; p < b->n_active; p++) {
-        const int64_t z = cell_of(l, b->X + (size_t)p * d, &cell);
-        chunks->chunk[chunks->first[z + 1]++] = chunk_at(l, p, cell);
-        l->at[z * l->plane + cell] = p;
-    }
     return pd_status_ok();
 }
 
@@ -401,6 +503,13 @@ pd_local pd_lattice_neighbour(const pd_lattice *l, int64_t z, const pd_chunk *c,
     return l->at[plane * l->plane + c->cell + q + o->cell];
 }
 
+/* Is Q of its neighbours read from where points keep it? */
+static bool reads_kept(const pd_body *b, pd_local j)
+{
+    return (j >= b->n_regular && j < b->n_active) ||
+           (j >= b->near.regular && j < b->near.active);
+}
+
 static void mark_exports(pd_body *b)
 {
     const pd_lattice *l = b->lattice;
@@ -409,9 +518,36 @@ static void mark_exports(pd_body *b)
             pd_chunk *c = &l->regular.chunk[m];
             for (int q = 0; q < c->count; q++)
                 for (int k = 0; k < l->n_offsets && !c->exports; k++)
-                    c->exports =
-                        pd_lattice_neighbour(l, z, c, q, &l->offset[k]) >= b->n_regular;
+                    c->exports = reads_kept(
+                        b, pd_lattice_neighbour(l, z, c, q, &l->offset[k]));
         }
+}
+
+/* Which planes have ghosts, and the longest run of planes far from them. */
+static pd_status find_ghosts(pd_body *b)
+{
+    pd_lattice *l = b->lattice;
+    const int64_t reach = l->d > 1 ? l->reach : 0;
+    bool *has = calloc((size_t)l->planes + 1, sizeof *has);
+    if (!has)
+        return pd_status_fail(PD_NO_MEMORY, -1, "%lld planes", (long long)l->planes);
+    for (pd_local p = b->n_owned; p < b->n_local; p++)
+        has[place_of(l, b, p) / l->plane] = true;
+    l->ghosts_from = 0;
+    while (l->ghosts_from < l->planes && !has[l->ghosts_from])
+        l->ghosts_from++;
+    has[l->planes] = true; /* the end is no neighbour, but ends a run */
+    for (int64_t z = 0, from = 0; z <= l->planes; z++) {
+        if (!has[z])
+            continue;
+        const int64_t first = from > 0 ? from + reach : 0;
+        const int64_t end = z < l->planes ? z - reach : z;
+        if (end - first > l->clear_to - l->clear)
+            l->clear = first, l->clear_to = end;
+        from = z + 1;
+    }
+    free(has);
+    return pd_status_ok();
 }
 
 pd_status pd_lattice_fill(pd_body *b)
@@ -419,29 +555,41 @@ pd_status pd_lattice_fill(pd_body *b)
     pd_lattice *l = b->lattice;
     const size_t cells = (size_t)(l->plane * l->planes);
     l->at = malloc(cells * sizeof *l->at);
-    if (!l->at)
-        return pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu cells", cells);
-    memset(l->at, -1, cells * sizeof *l->at);
-    PD_TRY(chunk_regular(b));
+    pd_local *order = malloc(((size_t)b->n_local + 1) * sizeof *order);
+    pd_status status = pd_status_ok();
+    if (!l->at || !order)
+        status = pd_status_fail(PD_NO_MEMORY, -1, "a lattice of %zu cells", cells);
+    else
+        memset(l->at, -1, cells * sizeof *l->at);
+    size_t others = 0;
+    if (status.code == PD_OK)
+        status = chunk_points(b, order, order_regular(b, order), &l->regular);
+    if (status.code == PD_OK)
+        status = order_others(b, order, &others);
+    if (status.code == PD_OK)
+        status = chunk_points(b, order, others, &l->other);
+    free(order);
+    PD_TRY(status);
     PD_TRY(order_by_column(l));
-    PD_TRY(place_others(b));
-    if (b->n_active > b->n_regular)
+    if (others > 0)
         mark_exports(b);
-    return pd_status_ok();
+    return find_ghosts(b);
 }
 
 pd_chunk *pd_lattice_chunk(const pd_body *b, pd_local i)
 {
-    const pd_chunks *chunks = &b->lattice->regular;
-    int64_t low = 0, high = chunks->first[b->lattice->planes];
+    const pd_lattice *l = b->lattice;
+    const int64_t place = place_of(l, b, i), plane = place / l->plane;
+    const int32_t cell = (int32_t)(place % l->plane);
+    int64_t low = l->regular.first[plane], high = l->regular.first[plane + 1];
     while (high - low > 1) {
         const int64_t middle = (low + high) / 2;
-        if (chunks->chunk[middle].point <= i)
+        if (l->regular.chunk[middle].cell <= cell)
             low = middle;
         else
             high = middle;
     }
-    return &chunks->chunk[low];
+    return &l->regular.chunk[low];
 }
 
 pd_local pd_lattice_family(const pd_body *b, pd_local i, pd_local *neighbour,
@@ -504,7 +652,7 @@ static int weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh 
                 continue;
             const pd_local i = c->point + q;
             const pd_local j = pd_lattice_neighbour(l, z, c, q, &l->offset[k]);
-            const int64_t bit = (int64_t)i * l->n_offsets + k;
+            const int64_t bit = (int64_t)regular_row(b, i) * l->n_offsets + k;
             if (j < 0 || (l->broken && l->broken[bit / 64] >> (bit % 64) & 1)) {
                 keep = keep == NOTHING ? BONDS : keep;
                 continue;

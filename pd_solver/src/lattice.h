@@ -8,14 +8,16 @@
  * by component, in a ring that fits a cache: a bond costs no index, weight or length, and
  * memory is read and written once.
  *
- * Regular points, [0, n_regular), go this way. Points that touch a hold have families of
- * their own and go the general way.
+ * Regular points, [0, n_regular), go this way, and so do near ghosts of that kind. Points
+ * that touch a hold have families of their own and go the general way. The box is that of
+ * the points of this rank and their ghosts, on the lattice of all ranks.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #ifndef PD_SRC_LATTICE_H
 #define PD_SRC_LATTICE_H
 
+#include "ghosts.h"
 #include "pd.h"
 
 #define PD_LANES 8
@@ -54,6 +56,7 @@ typedef struct {
     int32_t row, x; /* ... which is that one of that row */
     int count;      /* 1 to PD_LANES */
     bool exports;   /* a point of general path reads it */
+    bool is_ghost;  /* its F is needed, its force is not */
 
     /* What its bonds weigh: as the offsets say when both are NULL (it is whole), that or
      * nothing as bit q of bonds[n_offsets] has it for lane q, or else as weight
@@ -70,7 +73,8 @@ typedef struct {
 
 typedef struct pd_lattice {
     int d, reach;               /* of the horizon, in steps */
-    double step, origin[3];     /* m */
+    double step, origin[3];     /* m, of the lattice of all ranks */
+    int64_t low[3];             /* steps from there to the box */
     int64_t count[3];           /* points of the box, along each axis */
     int64_t row, plane, planes; /* cells of a padded row and plane; planes in all */
     int n_offsets;
@@ -82,20 +86,32 @@ typedef struct pd_lattice {
     int runs_of[2 * PD_MOST_REACH + 2];
     pd_fold *fold; /* those of plane s are [folds_of[s], folds_of[s + 1]) */
     int folds_of[2 * PD_MOST_REACH + 2];
-    pd_chunks regular, other; /* other: active points of the general path */
-    int32_t *column;          /* regular chunks, plane by plane, by x and then by row */
+    pd_chunks regular, other; /* other: active points of the general path, and ghosts */
+
+    /* Regular chunks of owned points by x and then by row, plane by plane: those of plane
+     * z are [column_of[z], column_of[z + 1]). */
+    int32_t *column;
+    int64_t *column_of;
+
+    int64_t ghosts_from;     /* no ghost stands in planes before this */
+    int64_t clear, clear_to; /* families of planes [clear, clear_to) hold no ghosts */
     pd_local *at;             /* [planes][plane] the active point there, or -1 */
-    uint64_t *broken;         /* [n_regular][n_offsets] bits; NULL until one can break */
+    uint64_t *broken;         /* [regular points, ghosts after][n_offsets] bits; NULL
+                               * until one can break */
 } pd_lattice;
 
-/* The lattice that n points X[n][3] of those volumes stand on; NULL in *lattice when they
- * do not, or when families are better stored. Freed by pd_lattice_free. */
-pd_status pd_lattice_find(const pd_body_options *o, size_t n, const double *X,
-                          const double *volume, pd_lattice **lattice);
+/* The lattice that all points stand on; NULL in *lattice when they do not, or when
+ * families are better stored: the same for all ranks, but NULL on one without points.
+ * Collective. Freed by pd_lattice_free. */
+pd_status pd_lattice_find(MPI_Comm comm, const pd_body_options *o, const pd_part *part,
+                          pd_lattice **lattice);
 void pd_lattice_free(pd_lattice *lattice);
 
 /* Steps from the first point of the box, along each axis. */
 void pd_lattice_index(const pd_lattice *lattice, const double *X, int64_t *index);
+
+/* Put X, which is as good as there, on the lattice to the last bit. */
+void pd_lattice_place(const pd_lattice *lattice, double *X);
 
 /* Chunks and map of the body's points, which are in order. */
 pd_status pd_lattice_fill(pd_body *body);

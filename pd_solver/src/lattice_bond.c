@@ -88,23 +88,39 @@ PD_INLINE void force_of_chunk(const int d, const bool breaks, pd_body *b, int64_
             force[q * d + a] = f[a][q];
 }
 
-PD_INLINE void sweep(const int d, const bool breaks, pd_body *b)
+/* Planes [from, to). */
+PD_INLINE void sweep_planes(const int d, const bool breaks, pd_body *b, int64_t from,
+                            int64_t to)
 {
     pd_lattice *l = b->lattice;
     const pd_ring *ring = b->own;
     const int reach = d > 1 ? l->reach : 0;
     const double s_c = breaks ? pd_body_critical_stretch(b, 0, 0) : 0;
     const double *around[2 * PD_MOST_REACH + 1];
-    set_too_long(l, s_c);
-    for (int64_t z = -reach; z < l->planes; z++) {
+    for (int64_t z = from - 2 * reach; z < to; z++) {
         pd_ring_fill(d, b, z + reach, b->y, ring);
-        if (z < 0)
+        if (z < from)
             continue;
         for (int s = 0; s <= 2 * reach; s++)
             around[s] = ring_plane(ring, z - reach + s);
         for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++)
             force_of_chunk(d, breaks, b, z, &l->regular.chunk[m], around, s_c * s_c);
     }
+}
+
+/* While ghosts are on their way, the planes that need none. */
+PD_INLINE void sweep(const int d, const bool breaks, pd_body *b)
+{
+    pd_lattice *l = b->lattice;
+    set_too_long(l, breaks ? pd_body_critical_stretch(b, 0, 0) : 0);
+    if (!pd_halo_is_under_way(b->halo)) {
+        sweep_planes(d, breaks, b, 0, l->planes);
+        return;
+    }
+    sweep_planes(d, breaks, b, l->clear, l->clear_to);
+    pd_halo_end(b->halo);
+    sweep_planes(d, breaks, b, 0, l->clear);
+    sweep_planes(d, breaks, b, l->clear_to, l->planes);
 }
 
 void PD_FOR_THIS_SET(pd_lattice_bond)(pd_body *b)

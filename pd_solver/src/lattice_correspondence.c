@@ -309,10 +309,13 @@ PD_INLINE void copy_others(const int d, const pd_body *b, int64_t z, double *pla
     for (int64_t m = l->other.first[z]; m < l->other.first[z + 1]; m++) {
         const pd_chunk *c = &l->other.chunk[m];
         const int64_t cell = ring_cell(&((const sweeps *)b->own)->Q, c);
-        for (int t = 0; t < d * d; t++)
-            plane[cell + t * l->row] = b->Q[(size_t)c->point * d * d + t];
-        if (b->control)
-            plane[cell + d * d * l->row] = control_now(b, c->point);
+        for (int q = 0; q < c->count; q++) {
+            const size_t i = (size_t)(c->point + q);
+            for (int t = 0; t < d * d; t++)
+                plane[cell + q + t * l->row] = b->Q[i * (size_t)(d * d) + (size_t)t];
+            if (b->control)
+                plane[cell + q + d * d * l->row] = control_now(b, c->point + q);
+        }
     }
 }
 
@@ -604,8 +607,8 @@ PD_INLINE void spread_plane(const int d, const pd_body *b, int64_t z)
         const int64_t to = z - slot + l->reach;
         const bool there = to >= 0 && to < l->planes;
         all.key[slot] = -1;
-        next[slot] = l->column + (there ? l->regular.first[to] : 0);
-        end[slot] = there ? l->column + l->regular.first[to + 1] : next[slot];
+        next[slot] = l->column + (there ? l->column_of[to] : 0);
+        end[slot] = there ? l->column + l->column_of[to + 1] : next[slot];
     }
     for (;;) {
         int64_t key = INT64_MAX;
@@ -640,7 +643,8 @@ PD_INLINE void finish_plane(const int d, const bool control, pd_body *b, int64_t
     if (d == 3)
         force = ring_plane(&own->force, z);
     for (int64_t m = l->regular.first[z]; m < l->regular.first[z + 1]; m++)
-        keep_force(d, control, b, &l->regular.chunk[m], Q, y, force);
+        if (!l->regular.chunk[m].is_ghost)
+            keep_force(d, control, b, &l->regular.chunk[m], Q, y, force);
 }
 
 PD_INLINE void sweep(const int d, const bool breaks, const bool control, pd_body *b)
@@ -651,6 +655,8 @@ PD_INLINE void sweep(const int d, const bool breaks, const bool control, pd_body
     set_too_long(l, s_c);
     for (int64_t z = -l->reach; z < l->planes + l->reach + own->delay; z++) {
         const int64_t known = z - own->delay, done = known - l->reach;
+        if (z + l->reach >= l->ghosts_from)
+            pd_halo_end(b->halo);
         pd_ring_fill(d, b, z + l->reach, b->y, &own->y);
         if (z >= 0 && z < l->planes)
             visit_plane(d, breaks, control, b, z, s_c * s_c);

@@ -36,7 +36,8 @@ static int64_t lay_out(pd_cell_list *cells)
     double extent[3] = {0};
     for (int a = 0; a < 3; a++)
         cells->count[a] = 1;
-    for (int a = 0; a < d; a++) {
+    cells->size = cells->n > 0 ? 0 : 1;
+    for (int a = 0; cells->n > 0 && a < d; a++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
         for (pd_local p = 0; p < cells->n; p++) {
             low = fmin(low, cells->X[(size_t)p * d + a]);
@@ -66,7 +67,7 @@ pd_status pd_cell_list_create(int d, pd_local n, const double *X, const double *
     *cells = (pd_cell_list){.d = d, .n = n, .X = X, .spacing = spacing, .ratio = ratio};
     const int64_t total = lay_out(cells);
     cells->first = calloc((size_t)total + 1, sizeof *cells->first);
-    cells->point = malloc((size_t)n * sizeof *cells->point);
+    cells->point = malloc(((size_t)n + 1) * sizeof *cells->point);
     if (!cells->first || !cells->point)
         return pd_status_fail(PD_NO_MEMORY, -1, "cell list of %lld cells",
                               (long long)total);
@@ -137,26 +138,35 @@ static int rising(const void *a, const void *b)
     return (i > j) - (i < j);
 }
 
-pd_status pd_families_create(const pd_cell_list *cells, pd_local from, pd_local n,
+static bool is_asked_for(const pd_range *ranges, pd_local i)
+{
+    return (i >= ranges[0].first && i < ranges[0].end) ||
+           (i >= ranges[1].first && i < ranges[1].end);
+}
+
+pd_status pd_families_create(const pd_cell_list *cells, const pd_range *ranges,
                              pd_families *families)
 {
+    const pd_local n = cells->n;
     *families = (pd_families){.n = n};
-    /* Zero pages that nothing touches cost nothing. */
     families->first = calloc((size_t)n + 1, sizeof *families->first);
     if (!families->first)
         return pd_status_fail(PD_NO_MEMORY, -1, "families of %d points", n);
 
-    for (pd_local i = from; i < n; i++)
+    for (pd_local i = 0; i < n; i++)
         families->first[i + 1] =
-            families->first[i] + pd_cell_list_near(cells, i, 0, NULL);
+            families->first[i] +
+            (is_asked_for(ranges, i) ? pd_cell_list_near(cells, i, 0, NULL) : 0);
     const size_t bonds = (size_t)families->first[n];
     families->neighbour = malloc((bonds ? bonds : 1) * sizeof *families->neighbour);
     if (!families->neighbour)
         return pd_status_fail(PD_NO_MEMORY, -1, "%zu bonds", bonds);
 
-    for (pd_local i = from; i < n; i++) {
+    for (pd_local i = 0; i < n; i++) {
         pd_local *family = families->neighbour + families->first[i];
         const pd_local size = (pd_local)(families->first[i + 1] - families->first[i]);
+        if (size == 0)
+            continue;
         pd_cell_list_near(cells, i, size, family);
         qsort(family, (size_t)size, sizeof *family, rising);
     }

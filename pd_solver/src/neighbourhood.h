@@ -21,8 +21,13 @@ typedef struct {
     pd_local *point; /* [n] */
 } pd_cell_list;
 
+/* Points [first, end). */
+typedef struct {
+    pd_local first, end;
+} pd_range;
+
 /* Bonds of points [0, n): first[n + 1] into neighbour, each family in rising order; those
- * of points below `from` are not stored. */
+ * of points outside the ranges that were asked for are not stored. */
 typedef struct {
     pd_local n;
     int64_t *first;
@@ -42,8 +47,9 @@ bool pd_bonded(const pd_cell_list *cells, pd_local i, pd_local j);
 pd_local pd_cell_list_near(const pd_cell_list *cells, pd_local i, pd_local capacity,
                            pd_local *near);
 
-/* Families of points [from, n). Freed by pd_families_free, also after an error. */
-pd_status pd_families_create(const pd_cell_list *cells, pd_local from, pd_local n,
+/* Families of the points of two ranges, in order. Freed by pd_families_free, also after
+ * an error. */
+pd_status pd_families_create(const pd_cell_list *cells, const pd_range *ranges,
                              pd_families *families);
 void pd_families_free(pd_families *families);
 

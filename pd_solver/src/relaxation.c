@@ -79,6 +79,8 @@ static double noise_of(const pd_relaxation *r)
         farthest = fmax(farthest, fabs(b->y[c]));
         squares += r->smooth.stiffness[c / d] * r->smooth.stiffness[c / d];
     }
+    pd_largest_all(b->comm, &farthest, 1);
+    pd_sum_all(b->comm, &squares, 1);
     return ROUNDING * farthest * sqrt(squares);
 }
 
@@ -89,8 +91,13 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
         return pd_status_fail(PD_BAD_ARGUMENT, -1,
                               "the body has a history; allowed: elastic bodies");
     pd_relaxation *r = calloc(1, sizeof *r);
-    if (!r)
-        return pd_status_fail(PD_NO_MEMORY, -1, "relaxation");
+    const pd_status made =
+        pd_agree(b->comm, r ? pd_status_ok()
+                            : pd_status_fail(PD_NO_MEMORY, -1, "relaxation"));
+    if (made.code != PD_OK) {
+        free(r);
+        return made;
+    }
     const size_t n = (size_t)b->n_moving;
     r->body = b;
     r->size = n * (size_t)b->options.dimension;
@@ -100,6 +107,7 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
     pd_status status = pd_smooth_create(b, &r->smooth);
     if (status.code == PD_OK && !(r->prescribed && r->store))
         status = pd_status_fail(PD_NO_MEMORY, -1, "relaxation of %zu points", n);
+    status = pd_agree(b->comm, status);
     if (status.code != PD_OK) {
         pd_relaxation_destroy(r);
         return status;
@@ -137,6 +145,7 @@ static double product(const pd_relaxation *r, const double *a, const double *b)
     double sum = 0;
     for (size_t c = 0; c < r->size; c++)
         sum += a[c] * b[c];
+    pd_sum_all(r->body->comm, &sum, 1);
     return sum;
 }
 
@@ -233,7 +242,9 @@ static void learn(pd_relaxation *r)
 static void adopt(pd_relaxation *r)
 {
     const pd_body *b = r->body;
-    if (memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) == 0)
+    int64_t changed = memcmp(r->prescribed, b->prescribed, (size_t)b->n_moving) != 0;
+    pd_count_all(b->comm, &changed, 1);
+    if (changed == 0)
         return;
     memcpy(r->prescribed, b->prescribed, (size_t)b->n_moving);
     pd_smooth_fix(&r->smooth);
@@ -246,18 +257,19 @@ static bool drive(pd_relaxation *r, const pd_prescribed *prescribed)
 {
     const pd_body *b = r->body;
     const size_t d = (size_t)b->options.dimension;
-    bool driven = false;
+    int64_t driven = 0;
     memset(r->motion, 0, r->size * sizeof *r->motion);
     for (size_t k = 0; prescribed && k < prescribed->n; k++)
         for (size_t a = 0; a < d; a++)
             if (prescribed->components[k] >> a & 1) {
                 const size_t c = (size_t)prescribed->point[k] * d + a;
                 r->motion[c] = prescribed->y[k * d + a] - b->y[c];
-                driven = driven || r->motion[c] != 0;
+                driven += r->motion[c] != 0;
             }
-    if (driven)
+    pd_count_all(b->comm, &driven, 1);
+    if (driven > 0)
         pd_smooth_extend(&r->smooth, r->motion);
-    return driven;
+    return driven > 0;
 }
 
 /* Is a failure of forces to be met by a shorter step? */
@@ -310,25 +322,26 @@ static double residual_of(pd_relaxation *r, bool remember)
 {
     const pd_body *b = r->body;
     const int d = b->options.dimension;
-    double unbalance = 0, loads = 0, reactions = 0;
+    double sums[3] = {0}; /* squares of what is unbalanced, of loads, of reactions */
     for (pd_local p = 0; p < b->n_moving; p++)
         for (int a = 0; a < d; a++) {
             const size_t c = (size_t)p * d + a;
             const double load = b->load ? b->volume[p] * b->load[c] : 0;
             const double force = r->internal[c] + load;
             if (pd_is_prescribed(b, p, a)) {
-                reactions += force * force;
+                sums[2] += force * force;
                 continue;
             }
-            unbalance += force * force;
-            loads += load * load;
+            sums[0] += force * force;
+            sums[1] += load * load;
         }
-    unbalance = sqrt(unbalance);
+    pd_sum_all(b->comm, sums, 3);
+    const double unbalance = sqrt(sums[0]);
     if (remember)
         r->remembered = fmax(r->remembered, unbalance);
     if (unbalance <= r->noise)
         return 0;
-    return unbalance / (sqrt(loads) + sqrt(reactions) + REMEMBERED * r->remembered);
+    return unbalance / (sqrt(sums[1]) + sqrt(sums[2]) + REMEMBERED * r->remembered);
 }
 
 static pd_status start(pd_relaxation *r)
@@ -344,7 +357,7 @@ static pd_status start(pd_relaxation *r)
 pd_status pd_relaxation_step(pd_relaxation *r, const pd_prescribed *prescribed,
                              double *residual)
 {
-    PD_TRY(pd_prescribe(r->body, prescribed));
+    PD_TRY(pd_agree(r->body->comm, pd_prescribe(r->body, prescribed)));
     PD_TRY(start(r));
     adopt(r);
     const bool driven = drive(r, prescribed);

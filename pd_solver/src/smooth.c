@@ -10,6 +10,9 @@
  * many points wide; D_l is the stiffness of a hat. Everything is diagonal and positive,
  * and knows no direction, so that it stays good when parts of the body turn.
  *
+ * Every rank has all nodes, and sums over ranks what points bring to them: an eighth of
+ * the points in space, which is what limits how many ranks can relax a body together.
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #include "smooth.h"
@@ -45,24 +48,26 @@ static pd_local lay_finest(const pd_body *b, pd_smooth *s)
 {
     const int d = b->options.dimension;
     pd_level *l = &s->level[0];
-    double extent[3] = {0}, volume = 0;
+    double extent[3] = {0}, sum[2] = {0, b->n_moving}; /* volume, points */
     for (int a = 0; a < d; a++) {
-        double low = HUGE_VAL, high = -HUGE_VAL;
+        double most[2] = {-HUGE_VAL, -HUGE_VAL}; /* down and up */
         for (pd_local p = 0; p < b->n_active; p++) {
-            low = fmin(low, b->X[(size_t)p * d + a]);
-            high = fmax(high, b->X[(size_t)p * d + a]);
+            most[0] = fmax(most[0], -b->X[(size_t)p * d + a]);
+            most[1] = fmax(most[1], b->X[(size_t)p * d + a]);
         }
-        s->origin[a] = low;
-        extent[a] = high - low;
+        pd_largest_all(b->comm, most, 2);
+        s->origin[a] = -most[0];
+        extent[a] = most[1] + most[0];
     }
     for (pd_local p = 0; p < b->n_moving; p++)
-        volume += b->volume[p];
-    l->width = FINEST * pow(volume / b->n_moving, 1. / d);
+        sum[0] += b->volume[p];
+    pd_sum_all(b->comm, sum, 2);
+    l->width = FINEST * pow(sum[0] / sum[1], 1. / d);
     for (;; l->width *= 1.5) {
         double nodes = 1;
         for (int a = 0; a < d; a++)
             nodes *= floor(extent[a] / l->width) + 2;
-        if (nodes <= b->n_moving + (1 << d))
+        if (nodes <= sum[1] + (1 << d))
             break;
     }
     pd_local longest = 0;
@@ -94,15 +99,19 @@ static void lay_grids(const pd_body *b, pd_smooth *s)
 pd_status pd_smooth_create(const pd_body *b, pd_smooth *s)
 {
     const size_t n = (size_t)b->n_moving, d = (size_t)b->options.dimension;
+    int64_t moving = b->n_moving;
+    pd_count_all(b->comm, &moving, 1);
     *s = (pd_smooth){.body = b};
-    if (n > 0)
+    if (moving > 0)
         lay_grids(b, s);
-    s->stiffness = malloc((n + 1) * sizeof *s->stiffness);
+    s->stiffness = malloc(((size_t)b->n_local + 1) * sizeof *s->stiffness);
     s->soft = malloc((s->n_nodes * d + 1) * sizeof *s->soft);
     s->value = malloc((s->n_nodes * d + 1) * sizeof *s->value);
     s->weight = malloc((s->n_nodes * d + 1) * sizeof *s->weight);
+    pd_status status = pd_status_ok();
     if (!s->stiffness || !s->soft || !s->value || !s->weight)
-        return pd_status_fail(PD_NO_MEMORY, -1, "grids of %zu nodes", s->n_nodes);
+        status = pd_status_fail(PD_NO_MEMORY, -1, "grids of %zu nodes", s->n_nodes);
+    PD_TRY(pd_agree(b->comm, status));
     b->options.formulation->frequency(b, s->stiffness);
     for (size_t p = 0; p < n; p++)
         s->stiffness[p] *= b->options.density * b->volume[p];
@@ -214,6 +223,7 @@ void pd_smooth_fix(pd_smooth *s)
     for (int l = 0; l < s->n_levels; l++)
         for (pd_local p = 0; p < b->n_active; p++)
             stiffen(s, &s->level[l], p, b->options.density * c * c);
+    pd_sum_all(b->comm, s->soft, s->n_nodes * d);
     for (size_t k = 0; k < s->n_nodes * d; k++)
         s->soft[k] = s->soft[k] > 0 ? 1 / s->soft[k] : 0;
 }
@@ -265,6 +275,7 @@ PD_INLINE void apply(const int d, pd_smooth *s, double *f)
         const int n = around(d, s, l, b->X + (size_t)p * d, node, share);
         give(d, n, node, share, f + (size_t)p * d, s->value);
     }
+    pd_sum_all(b->comm, s->value, nodes_of(d, l) * (size_t)d);
     apply_to_nodes(s);
     for (pd_local p = 0; p < b->n_moving; p++) {
         const int n = around(d, s, l, b->X + (size_t)p * d, node, share);
@@ -277,7 +288,7 @@ PD_INLINE void apply(const int d, pd_smooth *s, double *f)
 
 void pd_smooth_apply(pd_smooth *s, double *f)
 {
-    if (s->body->n_moving == 0)
+    if (s->n_nodes == 0)
         return;
     if (s->body->options.dimension == 1)
         apply(1, s, f);
@@ -321,6 +332,8 @@ static void gather_known(pd_smooth *s, const double *u)
                     s->value[c] += held ? 0 : share[k] * u[(size_t)p * d + a];
                 }
     }
+    pd_sum_all(b->comm, s->value, nodes_of(d, &s->level[0]) * (size_t)d);
+    pd_sum_all(b->comm, s->weight, nodes_of(d, &s->level[0]) * (size_t)d);
     average(s, &s->level[0]);
 }
 

@@ -19,7 +19,7 @@ typedef struct {
 
 typedef struct {
     const pd_body *body; /* borrowed */
-    double *stiffness;   /* [n_moving] bound of the diagonal, N/m */
+    double *stiffness;   /* [n_local] bound of the diagonal, N/m */
     double origin[3];
     int n_levels;
     size_t n_nodes; /* of all levels */
@@ -28,7 +28,7 @@ typedef struct {
     double *value, *weight; /* [nodes][d] work */
 } pd_smooth;
 
-/* Errors: PD_NO_MEMORY. Followed by pd_smooth_free, also then. */
+/* Collective, as all of these. Errors: PD_NO_MEMORY. Followed by pd_smooth_free, also then. */
 pd_status pd_smooth_create(const pd_body *b, pd_smooth *s);
 void pd_smooth_free(pd_smooth *s);
 

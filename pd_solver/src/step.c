@@ -145,20 +145,25 @@ pd_status pd_body_step(pd_body *b, const pd_integrator *integrator, double dt,
 {
     if (!(usable(dt) && dt > 1 / PD_LARGEST)) /* distances over dt must not overflow */
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "time step %g; allowed: above 0", dt);
-    PD_TRY(pd_prescribe(b, prescribed));
+    PD_TRY(pd_agree(b->comm, pd_prescribe(b, prescribed)));
     return integrator->step(b, dt, prescribed);
 }
 
 /* Damping is taken implicitly, see above: it does not limit the step. */
 double pd_body_stable_step(const pd_body *b)
 {
-    double *omega2 = malloc(((size_t)b->n_moving + 1) * sizeof *omega2);
-    if (!omega2)
-        return 0;
+    double *omega2 = malloc(((size_t)b->n_local + 1) * sizeof *omega2);
     double highest = 0;
+    int64_t short_of_memory = !omega2;
+    pd_count_all(b->comm, &short_of_memory, 1);
+    if (short_of_memory > 0) {
+        free(omega2);
+        return 0;
+    }
     b->options.formulation->frequency(b, omega2);
     for (pd_local p = 0; p < b->n_moving; p++)
         highest = fmax(highest, omega2[p]);
     free(omega2);
+    pd_largest_all(b->comm, &highest, 1);
     return highest > 0 ? 2 / sqrt(highest) : HUGE_VAL;
 }

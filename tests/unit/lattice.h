@@ -139,7 +139,7 @@ static inline pd_body *body_with_holds(const points *cloud,
 {
     pd_body *body = NULL;
     assert_ok(pd_body_create(MPI_COMM_NULL, options, cloud->n, cloud->X, cloud->volume,
-                             held, &body));
+                             held, NULL, &body));
     assert_non_null(body);
     return body;
 }

@@ -46,7 +46,7 @@ static pd_status create(const points *cloud, const pd_body_options *options)
 {
     pd_body *body = (pd_body *)&body; /* must be overwritten */
     const pd_status status = pd_body_create(MPI_COMM_NULL, options, cloud->n, cloud->X,
-                                            cloud->volume, NULL, &body);
+                                            cloud->volume, NULL, NULL, &body);
     if (status.code == PD_OK)
         pd_body_destroy(body);
     else

@@ -171,7 +171,7 @@ static pd_status refusal(const points *cloud, double ratio)
     const pd_body_options options = options_of(cloud->d, ratio);
     pd_body *body;
     const pd_status status = pd_body_create(MPI_COMM_NULL, &options, cloud->n, cloud->X,
-                                            cloud->volume, NULL, &body);
+                                            cloud->volume, NULL, NULL, &body);
     assert_null(body);
     return status;
 }

@@ -16,12 +16,12 @@ static pd_code step(pd_body *body)
 {
     const size_t n = (size_t)pd_body_fields(body).n_owned;
     double *damage = malloc(n * sizeof *damage);
-    pd_local *piece = malloc(n * sizeof *piece);
+    pd_global *piece = malloc(n * sizeof *piece);
     feclearexcept(TRAPS);
     feenableexcept(TRAPS);
     const pd_status status = pd_body_forces(body);
     pd_body_damage(body, damage);
-    pd_body_pieces(body, piece);
+    pd_body_pieces(body, piece, NULL);
     pd_body_summary(body);
     pd_body_wave_speed(body);
     fedisableexcept(TRAPS);
@@ -249,7 +249,7 @@ static pd_code create(const points *cloud, const pd_body_options *options)
     feclearexcept(TRAPS);
     feenableexcept(TRAPS);
     const pd_status status = pd_body_create(MPI_COMM_NULL, options, cloud->n, cloud->X,
-                                            cloud->volume, NULL, &body);
+                                            cloud->volume, NULL, NULL, &body);
     fedisableexcept(TRAPS);
     pd_body_destroy(body);
     return status.code;
