@@ -33,6 +33,7 @@ PD_SOURCES = \
     pd_solver/src/step.c \
     pd_solver/src/relaxation.c \
     pd_solver/src/smooth.c \
+    pd_solver/src/partition.c \
     pd_solver/src/status.c
 
 # Compiled once for each instruction set; the running machine chooses.
@@ -59,6 +60,7 @@ ADAPTER_SOURCES = \
 # One program each, tests/unit/<name>.c.
 UNIT_TESTS = \
     test_neighbourhood \
+    test_partition \
     test_formulations \
     test_bond_associated \
     test_elementary \
@@ -117,7 +119,7 @@ PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -ffp-contract=fast -Wno-psabi \
     -g -fPIC -fvisibility=hidden \
     $(WARNINGS) -Wshadow -Wpedantic \
     $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
-PD_LIBS = -lm
+PD_LIBS = -lmetis -lm
 TEST_CFLAGS = $(PD_CFLAGS) -Ipd_solver/src -Wno-unused-parameter
 
 # The standard that OpenFOAM itself is compiled with.

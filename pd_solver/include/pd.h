@@ -410,6 +410,62 @@ PD_API void pd_relaxation_destroy(pd_relaxation *relaxation);
 PD_API pd_status pd_relaxation_step(pd_relaxation *relaxation,
                                     const pd_prescribed *prescribed, double *residual);
 
+/* ---- partition ---- */
+
+/* Points to be shared out among ranks. All arrays borrowed. */
+typedef struct {
+    int dimension;        /* d, 1, 2 or 3 */
+    double horizon_ratio; /* as in pd_body_options */
+    size_t n;
+    const double *X;           /* [n][3] m; the first d components count */
+    const double *volume;      /* [n] m3; m2 in two dimensions */
+    const unsigned char *held; /* [n]; NULL: none. A bond of two of them costs nothing */
+    const double *weight;      /* [n] cost of a point's bond, >= 0; NULL: 1 for all */
+} pd_cloud;
+
+/* What a partition is like. */
+typedef struct {
+    size_t fewest;       /* points of the emptiest part */
+    double points, cost; /* points and cost of the fullest part, each over its mean, - */
+    int64_t bonds, cut;  /* undirected; those between two parts */
+} pd_partition_quality;
+
+/* pd_partition keeps the cost of every part below this many means, but for the cost of
+ * one point, or of one cluster of points, see there. */
+#define PD_PARTITION_TOLERANCE 1.03
+
+/*
+ * Share n points out among parts: part[n] in [0, parts). Costs (pd_partition_costs) are
+ * balanced, few bonds are cut; no part is empty while n >= parts. METIS, [karypis1998],
+ * on the graph of the bonds; large clouds by clusters of up to 2^d, 3^d, ... points, of
+ * which every part has some hundreds. The same input gives the same answer. Not
+ * collective: every rank that wants the answer passes all points. Errors:
+ * PD_BAD_ARGUMENT, PD_NO_MEMORY.
+ */
+PD_API pd_status pd_partition(const pd_cloud *cloud, int parts, int *part);
+
+/* Cost of points, cost[n] (-): their bonds times their weight, at least 1. Errors: as
+ * pd_partition. */
+PD_API pd_status pd_partition_costs(const pd_cloud *cloud, double *cost);
+
+/* How good a partition is, whoever made it. Errors: as pd_partition. */
+PD_API pd_status pd_partition_measure(const pd_cloud *cloud, int parts, const int *part,
+                                      pd_partition_quality *quality);
+
+/* A graph with several costs a vertex, each to be balanced by itself. */
+typedef struct {
+    pd_local n;
+    const pd_local *first;     /* [n + 1] into neighbour */
+    const pd_local *neighbour; /* [first[n]] symmetric, without a vertex itself */
+    int n_costs;
+    const double *cost;      /* [n][n_costs] >= 0 */
+    const double *tolerance; /* [n_costs] > 1: largest cost of a part over the mean */
+} pd_graph;
+
+/* Share the vertices out so that few edges are cut; as pd_partition. Where costs cannot
+ * be had within the tolerances the answer is near them. */
+PD_API pd_status pd_partition_graph(const pd_graph *graph, int parts, int *part);
+
 /* ---- the pieces of theory that stand alone ---- */
 
 /* Influence function omega(r), r = 2 |xi| / horizon, [kim2023] eq. 30. */
