@@ -55,6 +55,8 @@ ADAPTER_SOURCES = \
     foam_adapter/report/report.C \
     foam_adapter/bodyFields/bodyFields.C \
     foam_adapter/solidRun/solidRun.C \
+    foam_adapter/decomposition/bodyCloud.C \
+    foam_adapter/decomposition/periFoamDecomp.C \
     foam_adapter/checkedDictionary/checkedDictionary.C
 
 # One program each, tests/unit/<name>.c.
@@ -141,7 +143,8 @@ FOAM_INCLUDES = \
     parallel/decompose/decompositionMethods
 # FOAM_MPI names the folder of libPstream, in an OpenFOAM environment that was sourced.
 FOAM_LIBS = -L$(FOAM_LIB) -L$(FOAM_LIB)/$(FOAM_MPI) \
-    -lOpenFOAM -lPstream -lfiniteVolume -lfvOptions -lmeshTools -llagrangian
+    -lOpenFOAM -lPstream -lfiniteVolume -lfvOptions -lmeshTools -llagrangian \
+    -ldecompositionMethods
 
 # pd.h names MPI's communicator. As system headers, so that only our own warnings count.
 MPI_COMPILE := $(patsubst -I%,-isystem %,$(shell $(CC) --showme:compile 2>/dev/null))

@@ -21,6 +21,9 @@
 /* Clouds of fewer points are left to METIS point by point: a second at most. */
 #define FEW_POINTS 20000
 
+/* Clusters are made larger until there are so few: some seconds. */
+#define MANY_CLUSTERS 250000
+
 /* Clusters that every part has at least, so that one more or less keeps the balance. */
 #define CLUSTERS_A_PART 500
 
@@ -531,10 +534,12 @@ int pd_partition_side(const pd_cloud *cloud, int parts)
     int side = 1;
     if (cloud->n <= FEW_POINTS)
         return side;
-    /* Wider than the horizon they only coarsen the answer. */
-    while (side + 1 <= cloud->horizon_ratio &&
-           (double)cloud->n >=
-               (double)CLUSTERS_A_PART * parts * pow(side + 1, cloud->dimension))
+    /* Beyond the horizon's width they only coarsen the answer. */
+    while (
+        side + 1 <= cloud->horizon_ratio &&
+        (side == 1 || (double)cloud->n > MANY_CLUSTERS * pow(side, cloud->dimension)) &&
+        (double)cloud->n >=
+            (double)CLUSTERS_A_PART * parts * pow(side + 1, cloud->dimension))
         side++;
     return side;
 }
