@@ -173,7 +173,7 @@ void Foam::periFoamDecomp::readCoeffs()
     (
         findCoeffsDict(word(typeName) + "Coeffs", selectionType::NULL_DICT)
     );
-    pointCost_ = dict.numberOr(0.1, "pointCost", range::atLeast(0), dimless);
+    pointCost_ = dict.numberOr(0.6, "pointCost", range::atLeast(0), dimless);
     imbalance_ = dict.numberOr
     (
         0.03, "imbalance", range::between(0, 1, false, true), dimless
