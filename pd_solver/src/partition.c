@@ -106,25 +106,79 @@ static pd_status fill_empty(idx_t n, int parts, int *part)
     return pd_status_ok();
 }
 
-static pd_status call_metis(metis_graph *graph, real_t *tolerance, int parts, idx_t *part)
+/* How a partition came out. */
+typedef struct {
+    double excess; /* cost of a part over what is tolerated, at worst; below 1 is good */
+    idx_t cut;
+} outcome;
+
+static bool is_better(outcome a, outcome b)
 {
-    idx_t options[METIS_NOPTIONS], n_parts = parts, cut = 0;
+    const double excess_a = fmax(a.excess, 1), excess_b = fmax(b.excess, 1);
+    return excess_a != excess_b ? excess_a < excess_b : a.cut < b.cut;
+}
+
+/* One cost of the parts, summed in sum[parts]. */
+static double largest_share(const metis_graph *graph, idx_t c, int parts,
+                            const idx_t *part, double *sum)
+{
+    double whole = 0, largest = 0;
+    for (int p = 0; p < parts; p++)
+        sum[p] = 0;
+    for (idx_t v = 0; v < graph->n; v++)
+        sum[part[v]] += graph->cost[v * graph->n_costs + c];
+    for (int p = 0; p < parts; p++) {
+        whole += sum[p];
+        largest = fmax(largest, sum[p]);
+    }
+    return whole > 0 ? largest * parts / whole : 1;
+}
+
+/* METIS by recursive bisection or at once; limits[n_costs] and sum[parts] are for use. */
+static pd_status call_metis(metis_graph *graph, bool bisect, const double *tolerance,
+                            real_t *limits, double *sum, int parts, idx_t *part,
+                            outcome *out)
+{
+    idx_t options[METIS_NOPTIONS], n_parts = parts;
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 1;
     options[METIS_OPTION_NUMBERING] = 0;
+    /* METIS tolerates that much in every bisection. */
+    const double root = bisect ? 1 / ceil(log2(parts)) : 1;
+    for (idx_t c = 0; c < graph->n_costs; c++)
+        limits[c] = (real_t)pow(tolerance[c], root);
     /* OpenFOAM traps divisions by zero; METIS divides by sums of weights and is right. */
     fenv_t environment;
     feholdexcept(&environment);
-    const int status =
-        (parts <= FEW_PARTS ? METIS_PartGraphRecursive : METIS_PartGraphKway)(
-            &graph->n, &graph->n_costs, graph->first, graph->neighbour, graph->cost, NULL,
-            graph->bonds, &n_parts, NULL, tolerance, options, &cut, part);
+    const int status = (bisect ? METIS_PartGraphRecursive : METIS_PartGraphKway)(
+        &graph->n, &graph->n_costs, graph->first, graph->neighbour, graph->cost, NULL,
+        graph->bonds, &n_parts, NULL, limits, options, &out->cut, part);
     fesetenv(&environment);
     if (status == METIS_ERROR_MEMORY)
         return pd_status_fail(PD_NO_MEMORY, -1, "METIS: a graph of %lld vertices",
                               (long long)graph->n);
     if (status != METIS_OK)
         return pd_status_fail(PD_BAD_ARGUMENT, -1, "METIS failed with status %d", status);
+    out->excess = 0;
+    for (idx_t c = 0; c < graph->n_costs; c++)
+        out->excess =
+            fmax(out->excess, largest_share(graph, c, parts, part, sum) / tolerance[c]);
+    return pd_status_ok();
+}
+
+/* The better one of METIS's two ways; the second is not tried where the first will do. */
+static pd_status best_of_two(metis_graph *graph, const double *tolerance, real_t *limits,
+                             double *sum, int parts, idx_t *other, int *part)
+{
+    outcome first, second;
+    PD_TRY(call_metis(graph, false, tolerance, limits, sum, parts, other, &first));
+    for (idx_t v = 0; v < graph->n; v++)
+        part[v] = (int)other[v];
+    if (parts > FEW_PARTS && first.excess <= 1)
+        return pd_status_ok();
+    PD_TRY(call_metis(graph, true, tolerance, limits, sum, parts, other, &second));
+    for (idx_t v = 0; is_better(second, first) && v < graph->n; v++)
+        part[v] = (int)other[v];
     return pd_status_ok();
 }
 
@@ -135,21 +189,17 @@ static pd_status share_out(metis_graph *graph, const double *tolerance, int part
         share_in_order(graph->n, parts, part);
         return pd_status_ok();
     }
-    idx_t *answer = malloc((size_t)graph->n * sizeof *answer);
+    idx_t *other = malloc((size_t)graph->n * sizeof *other);
     real_t *limits = malloc((size_t)graph->n_costs * sizeof *limits);
-    pd_status status = pd_status_ok();
-    if (!answer || !limits) {
-        status = pd_status_fail(PD_NO_MEMORY, -1, "partition of %lld vertices",
-                                (long long)graph->n);
-    } else {
-        for (idx_t c = 0; c < graph->n_costs; c++)
-            limits[c] = (real_t)tolerance[c];
-        status = call_metis(graph, limits, parts, answer);
-    }
-    for (idx_t v = 0; status.code == PD_OK && v < graph->n; v++)
-        part[v] = (int)answer[v];
-    free(answer);
+    double *sum = malloc((size_t)parts * sizeof *sum);
+    const pd_status status =
+        other && limits && sum
+            ? best_of_two(graph, tolerance, limits, sum, parts, other, part)
+            : pd_status_fail(PD_NO_MEMORY, -1, "partition of %lld vertices",
+                             (long long)graph->n);
+    free(other);
     free(limits);
+    free(sum);
     return status.code == PD_OK ? fill_empty(graph->n, parts, part) : status;
 }
 
