@@ -123,7 +123,16 @@ Foam::scalarField Foam::periFoam::bodyCloud::costs() const
 {
     scalarField cost(size());
     check(pd_partition_costs(&cloud_, cost.data()));
-    cost /= average(cost);
+    label nMoving = 0;
+    for (const unsigned char held : held_)
+    {
+        nMoving += !held;
+    }
+    cost *= 0.5*max(nMoving, 1)/sum(cost);
+    forAll(cost, i)
+    {
+        cost[i] += held_[i] ? 0 : 0.5;
+    }
     return cost;
 }
 

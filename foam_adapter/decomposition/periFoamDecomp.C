@@ -173,7 +173,7 @@ void Foam::periFoamDecomp::readCoeffs()
     (
         findCoeffsDict(word(typeName) + "Coeffs", selectionType::NULL_DICT)
     );
-    pointCost_ = dict.numberOr(0.6, "pointCost", range::atLeast(0), dimless);
+    pointCost_ = dict.numberOr(1, "pointCost", range::atLeast(0), dimless);
     imbalance_ = dict.numberOr
     (
         0.03, "imbalance", range::between(0, 1, false, true), dimless
@@ -486,7 +486,8 @@ void Foam::periFoamDecomp::tellBody
     const pd_partition_quality q = cloud.measure(nDomains_, rank);
     Info<< type() << ": " << cloud.name() << ": " << cloud.size()
         << " points, " << percent(100*(q.points - 1)).c_str()
-        << " above the mean on the fullest rank, their bonds "
+        << " above the mean on the fullest rank, those that move "
+        << percent(100*(q.moving - 1)).c_str() << ", bonds "
         << percent(100*(q.cost - 1)).c_str() << ", bonds cut "
         << percent(q.bonds ? 100.*q.cut/q.bonds : 0).c_str() << endl;
 }

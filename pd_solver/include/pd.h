@@ -425,9 +425,11 @@ typedef struct {
 
 /* What a partition is like. */
 typedef struct {
-    size_t fewest;       /* points of the emptiest part */
-    double points, cost; /* points and cost of the fullest part, each over its mean, - */
-    int64_t bonds, cut;  /* undirected; those between two parts */
+    size_t fewest; /* points of the emptiest part */
+    /* Points, points that are not held, and cost of the fullest part, each over its mean
+     * (-); 1 where there are none. */
+    double points, moving, cost;
+    int64_t bonds, cut; /* undirected; those between two parts */
 } pd_partition_quality;
 
 /* pd_partition keeps the cost of every part below this many means, but for the cost of

@@ -648,15 +648,20 @@ pd_status pd_partition_costs(const pd_cloud *cloud, double *cost)
     return status;
 }
 
-/* size[parts] and cost[parts] are zero before. */
-static pd_status measure(neighbours *of, const int *part, double *size, double *cost,
-                         pd_partition_quality *q)
+/* Sums over parts, zero before. */
+typedef struct {
+    double *points, *moving, *cost; /* [parts] */
+} sums;
+
+static pd_status add_up(neighbours *of, const int *part, const sums *sum,
+                        pd_partition_quality *q)
 {
     for (pd_local i = 0; i < of->n; i++) {
         pd_local count = 0;
         PD_TRY(find_near(of, i, &count));
-        size[part[i]]++;
-        cost[part[i]] += cost_of(of, i, count);
+        sum->points[part[i]]++;
+        sum->moving[part[i]] += !(of->cloud->held && of->cloud->held[i]);
+        sum->cost[part[i]] += cost_of(of, i, count);
         for (pd_local k = 0; k < count; k++)
             if (of->near[k] > i && counts(of->cloud, i, of->near[k])) {
                 q->bonds++;
@@ -692,23 +697,24 @@ pd_status pd_partition_measure(const pd_cloud *cloud, int parts, const int *part
     PD_TRY(check_parts(parts));
     PD_TRY(check_labels(cloud->n, parts, part));
     neighbours of = {0};
-    double *size = calloc((size_t)parts, sizeof *size);
-    double *cost = calloc((size_t)parts, sizeof *cost);
-    pd_status status = size && cost
+    double *values = calloc(3 * (size_t)parts, sizeof *values);
+    pd_status status = values
                            ? neighbours_create(cloud, &of)
-                           : pd_status_fail(PD_NO_MEMORY, -1, "sizes of %d parts", parts);
+                           : pd_status_fail(PD_NO_MEMORY, -1, "sums of %d parts", parts);
+    const sums sum = {values, values ? values + parts : NULL,
+                      values ? values + 2 * (size_t)parts : NULL};
     if (status.code == PD_OK)
-        status = measure(&of, part, size, cost, quality);
+        status = add_up(&of, part, &sum, quality);
     if (status.code == PD_OK) {
-        quality->points = largest_over_mean(parts, size);
-        quality->cost = largest_over_mean(parts, cost);
-        double fewest = size[0];
+        quality->points = largest_over_mean(parts, sum.points);
+        quality->moving = largest_over_mean(parts, sum.moving);
+        quality->cost = largest_over_mean(parts, sum.cost);
+        double fewest = sum.points[0];
         for (int p = 1; p < parts; p++)
-            fewest = fmin(fewest, size[p]);
+            fewest = fmin(fewest, sum.points[p]);
         quality->fewest = (size_t)fewest;
     }
-    free(size);
-    free(cost);
+    free(values);
     neighbours_free(&of);
     return status;
 }

@@ -143,6 +143,7 @@ static void measure_counts_what_is_cut(void **state)
     assert_int_equal(q.cut, bonds_across(5, 4));
     assert_int_equal(q.fewest, 5 * 5 * 4);
     assert_near(q.points, 1.5, 1e-12); /* 300 points over 200; round-off */
+    assert_near(q.moving, 1.5, 1e-12);
     free(part);
     points_free(&cloud);
 }
