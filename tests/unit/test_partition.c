@@ -125,8 +125,8 @@ static void bar_is_cut_across(void **state)
 {
     points plane = lattice(2, 120, 12, 1, 1), space = lattice(3, 60, 8, 8, 1);
     for (int side = 1; side <= 3; side++) {
-        assert_cut(&plane, side, 0.25, bonds_across(12, 1));
-        assert_cut(&space, side, 0.25, bonds_across(8, 8));
+        assert_cut(&plane, side, 0.1, bonds_across(12, 1));
+        assert_cut(&space, side, 0.1, bonds_across(8, 8));
     }
     points_free(&plane);
     points_free(&space);
