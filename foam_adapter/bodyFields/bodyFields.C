@@ -108,7 +108,7 @@ public:
         labelField cell(body_.view().n_owned);
         forAll(cell, p)
         {
-            cell[p] = body_.view().id[p];
+            cell[p] = body_.view().given[p];
         }
         IOField<label>(io("cell"), cell).write();
     }
@@ -140,7 +140,7 @@ public:
         Field<Type> ofCells(mesh_.nCells());
         forAll(values, p)
         {
-            ofCells[body_.view().id[p]] = values[p];
+            ofCells[body_.view().given[p]] = values[p];
         }
         periFoam::writeCellField(mesh_, name, dimensions, ofCells);
     }
@@ -175,7 +175,7 @@ public:
         os << n << nl << token::BEGIN_LIST << nl;
         for (label p = 0; p < n; ++p)
         {
-            writeOne(os, body_.position(p), body_.view().id[p]);
+            writeOne(os, body_.position(p), body_.view().given[p]);
             os << nl;
         }
         os << token::END_LIST << endl;

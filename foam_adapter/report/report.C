@@ -8,6 +8,8 @@ License
 
 #include "report.H"
 
+#include <algorithm>
+
 // * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
 
 namespace
@@ -25,6 +27,21 @@ string briefVector(const vector& v)
     return
         "(" + periFoam::brief(v.x()) + " " + periFoam::brief(v.y()) + " "
       + periFoam::brief(v.z()) + ")";
+}
+
+scalar volumeOf(const List<periFoam::solidBody::piece>& pieces)
+{
+    scalar sum = 0;
+    for (const periFoam::solidBody::piece& piece : pieces)
+    {
+        sum += piece[0];
+    }
+    return sum;
+}
+
+vector centreOf(const periFoam::solidBody::piece& piece)
+{
+    return vector(piece[1], piece[2], piece[3])/piece[0];
 }
 
 } // End anonymous namespace
@@ -55,9 +72,21 @@ Foam::periFoam::report::newTable
     autoPtr<table> t(new table);
     t->bodyi = bodyi;
     t->i = i;
-    t->file = createFile(name);
+    t->file = openTable(name);
     writeHeader(t->file(), header);
     return t;
+}
+
+
+Foam::autoPtr<Foam::OFstream> Foam::periFoam::report::openTable
+(
+    const word& name
+) const
+{
+    return
+        Pstream::master()
+      ? createFile(name)
+      : autoPtr<OFstream>(new OFstream("/dev/null"));
 }
 
 
@@ -173,7 +202,7 @@ void Foam::periFoam::report::createMotionTables()
 
 void Foam::periFoam::report::createCostTable()
 {
-    cost_ = createFile("cost");
+    cost_ = openTable("cost");
     writeHeader(cost_(), "Wall time since the first step [s]");
     wordList columns({"step", "deltaT", "stableStep"});
     columns.append(wall_.parts());
@@ -194,43 +223,39 @@ void Foam::periFoam::report::lookForPieces
     }
     brokenThen_[bodyi] = max(broken, int64_t(0));
 
-    labelList piece;
-    const label n = body.pieces(piece);
-    boolList held(n, false);
-    for (label p = body.nMoving(); p < body.view().n_active; ++p)
-    {
-        held[piece[p]] = true;
-    }
-    for (const label p : body.prescribedPoints())
-    {
-        held[piece[p]] = true;
-    }
-    scalarList volume(n, Zero);
-    List<vector> centre(n, vector::zero);
-    for (label p = 0; p < body.nMoving(); ++p)
-    {
-        volume[piece[p]] += body.volume(p);
-        centre[piece[p]] += body.volume(p)*body.position(p);
-    }
-
     // Held points alone are no piece of what moves. A piece is free when none
     // of its points is held or moved
-    label pieces = 0, freePieces = 0;
-    for (label i = 0; i < n; ++i)
+    const Map<solidBody::piece> all(body.pieces());
+    DynamicList<solidBody::piece> pieces;
+    label freePieces = 0;
+    for (const label name : all.sortedToc())
     {
-        pieces += volume[i] > 0;
-        freePieces += !held[i];
+        const solidBody::piece& piece = all[name];
+        if (piece[0] > 0)
+        {
+            pieces.append(piece);
+        }
+        freePieces += piece[4] == 0;
     }
+    std::stable_sort
+    (
+        pieces.begin(),
+        pieces.end(),
+        [](const solidBody::piece& a, const solidBody::piece& b)
+        {
+            return a[0] > b[0];
+        }
+    );
     const bool first = broken < 0;
-    if (pieces > pieces_[bodyi] && !first)
+    if (pieces.size() > pieces_[bodyi] && !first)
     {
-        tellPieces(body.name(), pieces, volume, centre, held);
+        tellPieces(body.name(), pieces);
     }
     if (freePieces > freePieces_[bodyi] && !first)
     {
-        tellFreePieces(body.name(), freePieces, volume, centre, held);
+        tellFreePieces(body.name(), freePieces, pieces);
     }
-    pieces_[bodyi] = pieces;
+    pieces_[bodyi] = pieces.size();
     freePieces_[bodyi] = freePieces;
 }
 
@@ -238,23 +263,17 @@ void Foam::periFoam::report::lookForPieces
 void Foam::periFoam::report::tellPieces
 (
     const word& body,
-    const label pieces,
-    const scalarList& volume,
-    const List<vector>& centre,
-    const boolList& held
+    const List<solidBody::piece>& pieces
 ) const
 {
-    labelList order;
-    sortedOrder(volume, order, UList<scalar>::greater(volume));
     Info<< title_.c_str() << ": at t = " << brief(time_.value())
-        << " s " << body << " is in " << pieces << " pieces:";
-    for (label k = 0; k < min(pieces, label(3)); ++k)
+        << " s " << body << " is in " << pieces.size() << " pieces:";
+    for (label k = 0; k < min(pieces.size(), label(3)); ++k)
     {
-        const label i = order[k];
-        Info<< (k ? "; " : " ") << brief(100*volume[i]/sum(volume))
+        Info<< (k ? "; " : " ") << brief(100*pieces[k][0]/volumeOf(pieces))
             << " % of its volume, centred at "
-            << briefVector(centre[i]/volume[i]).c_str()
-            << ", " << (held[i] ? "held" : "free");
+            << briefVector(centreOf(pieces[k])).c_str()
+            << ", " << (pieces[k][4] > 0 ? "held" : "free");
     }
     Info<< endl;
 }
@@ -264,26 +283,21 @@ void Foam::periFoam::report::tellFreePieces
 (
     const word& body,
     const label freePieces,
-    const scalarList& volume,
-    const List<vector>& centre,
-    const boolList& held
+    const List<solidBody::piece>& pieces
 ) const
 {
-    label largest = -1;
-    forAll(volume, i)
+    label largest = 0;
+    while (pieces[largest][4] > 0)
     {
-        if (!held[i] && (largest < 0 || volume[i] > volume[largest]))
-        {
-            largest = i;
-        }
+        ++largest;
     }
     Info<< title_.c_str() << ": at t = " << brief(time_.value())
         << " s " << body << " has " << freePieces
         << (freePieces == 1 ? " piece" : " pieces")
         << " that nothing holds, the largest with "
-        << brief(100*volume[largest]/sum(volume))
+        << brief(100*pieces[largest][0]/volumeOf(pieces))
         << " % of its volume, centred at "
-        << briefVector(centre[largest]/volume[largest]).c_str() << endl;
+        << briefVector(centreOf(pieces[largest])).c_str() << endl;
 }
 
 
@@ -380,10 +394,11 @@ void Foam::periFoam::report::announce() const
     for (const solidBody& body : scene_.bodies())
     {
         const pd_body_options& o = body.options();
+        const pd_summary s = body.summary(); // all ranks, before any prints
         Info<< "    " << body.name() << ": "
-            << label(body.view().n_owned) << " points, "
-            << label(body.view().n_moving) << " of them move; "
-            << label(body.summary().bonds) << " bonds; "
+            << body.nAllPoints() << " points, "
+            << body.nAllMoving() << " of them move; "
+            << label(s.bonds) << " bonds; "
             << o.formulation->name << ", " << o.material->name
             << ", horizon " << o.horizon_ratio << " spacings, "
             << (body.canBreak() ? "can break" : "cannot break") << nl;

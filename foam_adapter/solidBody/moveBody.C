@@ -148,7 +148,9 @@ void Foam::periFoam::solidBody::reaction
             }
         }
     }
-    displacement /= max(m.points().size(), 1);
+    reduce(force, sumOp<vector>());
+    reduce(displacement, sumOp<vector>());
+    displacement /= max(returnReduce(m.points().size(), sumOp<label>()), 1);
 }
 
 

@@ -7,6 +7,7 @@ License
 \*---------------------------------------------------------------------------*/
 
 #include "solidBody.H"
+#include "labelIOList.H"
 #include "OSspecific.H"
 #include "regionSplit.H"
 #include "Time.H"
@@ -32,6 +33,53 @@ scalar depthOf(const polyMesh& mesh)
     return depth;
 }
 
+//- Numbers that the cells of this rank had before the mesh was decomposed; none
+//  where it was not, or where what decomposed it did not tell
+List<pd_global> numbers(const polyMesh& mesh)
+{
+    if (!Pstream::parRun())
+    {
+        return List<pd_global>();
+    }
+    const labelIOList addressing
+    (
+        IOobject
+        (
+            "cellProcAddressing",
+            mesh.facesInstance(),
+            polyMesh::meshSubDir,
+            mesh,
+            IOobject::READ_IF_PRESENT,
+            IOobject::NO_WRITE,
+            false
+        )
+    );
+    const bool told = addressing.size() == mesh.nCells();
+    List<pd_global> number;
+    if (returnReduce(told, andOp<bool>()))
+    {
+        number.resize(mesh.nCells() + 1); // an empty list would be none
+        forAll(addressing, celli)
+        {
+            number[celli] = addressing[celli];
+        }
+    }
+    return number;
+}
+
+void addPiece
+(
+    periFoam::solidBody::piece& sum,
+    const periFoam::solidBody::piece& other
+)
+{
+    for (label k = 0; k < 4; ++k)
+    {
+        sum[k] += other[k];
+    }
+    sum[4] = max(sum[4], other[4]);
+}
+
 } // End anonymous namespace
 
 
@@ -39,7 +87,7 @@ scalar depthOf(const polyMesh& mesh)
 
 void Foam::periFoam::solidBody::orient(const polyMesh& solid)
 {
-    if (solid.nCells() == 0)
+    if (returnReduce(solid.nCells(), sumOp<label>()) == 0)
     {
         dict_.refuse
         (
@@ -87,6 +135,7 @@ void Foam::periFoam::solidBody::createBody
 )
 {
     const label n = solid.nCells();
+    const List<pd_global> number(numbers(solid));
     scalarList X(3*n, Zero), volume(solid.cellVolumes());
     const scalar depth = depthOf(solid);
     for (label p = 0; p < n; ++p)
@@ -99,7 +148,10 @@ void Foam::periFoam::solidBody::createBody
     }
     const pd_status status = pd_body_create
     (
-        MPI_COMM_NULL, &o, n, X.cdata(), volume.cdata(), held.cdata(), &body_
+        Pstream::parRun() ? MPI_COMM_WORLD : MPI_COMM_NULL,
+        &o, n, X.cdata(), volume.cdata(), held.cdata(),
+        number.size() ? number.cdata() : nullptr,
+        &body_
     );
     if (status.code != PD_OK)
     {
@@ -108,26 +160,26 @@ void Foam::periFoam::solidBody::createBody
         if (status.point >= 0)
         {
             os << " (cell " << label(status.point) << " of region "
-                << name_.c_str() << " at "
-                << solid.cellCentres()[status.point] << ")";
+                << name_.c_str();
+            if (!Pstream::parRun())
+            {
+                os << " at " << solid.cellCentres()[status.point];
+            }
+            os << ")";
         }
         dict_.refuse("horizonRatio", os.str());
     }
     view_ = pd_body_fields(body_);
+    nAllPoints_ = returnReduce(label(view_.n_owned), sumOp<label>());
+    nAllMoving_ = returnReduce(label(view_.n_moving), sumOp<label>());
 }
 
 
 void Foam::periFoam::solidBody::checkConnected(const polyMesh& solid) const
 {
     // What a hold connects, bonds need not: held pieces count as one
-    labelList piece;
-    const label n = pieces(piece);
-    boolList held(n, false);
-    for (label p = view_.n_moving; p < view_.n_active; ++p)
-    {
-        held[piece[p]] = true;
-    }
-    const label nHeld = findIndices(held, true).size();
+    pd_global nHeld = 0;
+    const pd_global n = pd_body_pieces(body_, nullptr, &nHeld);
     const label nPieces = n - nHeld + (nHeld > 0);
     const label nRegions = regionSplit(solid).nRegions();
     if (nPieces > nRegions)
@@ -161,6 +213,8 @@ Foam::periFoam::solidBody::solidBody
     depth_(1),
     body_(nullptr),
     view_{},
+    nAllPoints_(0),
+    nAllMoving_(0),
     loaded_(false)
 {
     orient(solid);
@@ -173,7 +227,7 @@ Foam::periFoam::solidBody::solidBody
     labelList pointOfCell(solid.nCells());
     for (label p = 0; p < view_.n_owned; ++p)
     {
-        pointOfCell[view_.id[p]] = p;
+        pointOfCell[view_.given[p]] = p;
     }
     placeTethers(pointOfCell, held);
     readLoads(solid, pointOfCell);
@@ -242,6 +296,7 @@ Foam::labelList Foam::periFoam::solidBody::nearest(const point& X) const
     {
         least = min(least, mag(reference(p) - inside));
     }
+    reduce(least, minOp<scalar>());
     DynamicList<label> points;
     for (label p = 0; p < view_.n_owned; ++p)
     {
@@ -267,7 +322,8 @@ Foam::periFoam::solidBody::state Foam::periFoam::solidBody::probe
     stress(sigma, plasticStrain);
 
     state mean{Zero, Zero, 0, 0, Zero, 0};
-    const scalar share = 1.0/nearest.size();
+    const scalar share =
+        1.0/returnReduce(nearest.size(), sumOp<label>());
     for (const label p : nearest)
     {
         vector displacement(position(p) - reference(p));
@@ -288,6 +344,12 @@ Foam::periFoam::solidBody::state Foam::periFoam::solidBody::probe
         mean.sigma += share*sigma[p];
         mean.plasticStrain += share*plasticStrain[p];
     }
+    reduce(mean.displacement, sumOp<vector>());
+    reduce(mean.velocity, sumOp<vector>());
+    reduce(mean.J, sumOp<scalar>());
+    reduce(mean.damage, sumOp<scalar>());
+    reduce(mean.sigma, sumOp<symmTensor>());
+    reduce(mean.plasticStrain, sumOp<scalar>());
     return mean;
 }
 
@@ -345,10 +407,36 @@ void Foam::periFoam::solidBody::stress
 }
 
 
-Foam::label Foam::periFoam::solidBody::pieces(labelList& piece) const
+Foam::Map<Foam::periFoam::solidBody::piece>
+Foam::periFoam::solidBody::pieces() const
 {
-    piece.resize(view_.n_owned);
-    return pd_body_pieces(body_, piece.data());
+    List<pd_global> name(view_.n_owned + 1);
+    if (pd_body_pieces(body_, name.data(), nullptr) < 0)
+    {
+        FatalErrorInFunction
+            << "no memory for the pieces of " << name_ << exit(FatalError);
+    }
+    Map<piece> all;
+    for (label p = 0; p < view_.n_active; ++p)
+    {
+        piece& here = all(label(name[p]), piece(0.0));
+        if (p < view_.n_moving)
+        {
+            const vector moment(volume(p)*position(p));
+            addPiece(here, {volume(p), moment.x(), moment.y(), moment.z(), 0});
+        }
+        else
+        {
+            here[4] = 1;
+        }
+    }
+    for (const label p : prescribedPoint_)
+    {
+        all[label(name[p])][4] = 1;
+    }
+    Pstream::mapCombineGather(all, addPiece);
+    Pstream::mapCombineScatter(all);
+    return all;
 }
 
 

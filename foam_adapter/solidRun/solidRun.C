@@ -138,7 +138,7 @@ Foam::scalar Foam::periFoam::solidRun::estimateStableStep() const
     scalar step = GREAT;
     for (const solidBody& body : scene_.bodies())
     {
-        if (body.nMoving() > 0)
+        if (body.nAllMoving() > 0)
         {
             step = min(step, body.stableStep());
         }
