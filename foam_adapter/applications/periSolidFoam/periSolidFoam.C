@@ -26,10 +26,8 @@ int main(int argc, char* argv[])
 {
     argList::addNote
     (
-        "Moves the bodies of constant/peridynamicsProperties without a fluid;"
-        " this version runs in serial"
+        "Moves the bodies of constant/peridynamicsProperties without a fluid"
     );
-    argList::noParallel();
 
     #include "setRootCase.H"
     #include "createTime.H"
