@@ -34,6 +34,12 @@ PD_SOURCES = \
     pd_solver/src/relaxation.c \
     pd_solver/src/smooth.c \
     pd_solver/src/partition.c \
+    pd_solver/src/checksum.c \
+    pd_solver/src/collective.c \
+    pd_solver/src/hdf5_file.c \
+    pd_solver/src/rows.c \
+    pd_solver/src/checkpoint.c \
+    pd_solver/src/output.c \
     pd_solver/src/status.c
 
 # Compiled once for each instruction set; the running machine chooses.
@@ -75,6 +81,8 @@ UNIT_TESTS = \
     test_body \
     test_step \
     test_relaxation \
+    test_files \
+    test_checkpoint \
     test_traps
 
 # One program each, pd_solver/bench/<name>.c.
@@ -117,11 +125,19 @@ DEPENDENCIES = -MMD -MP
 # <word>: shows it and the target in place of the command that follows.
 brief = $(if $(V),,@printf '%-4s %s\n' $(1) $@; )
 
+# Parallel HDF5. pkg-config of Debian knows hdf5-openmpi, others a plain hdf5.
+HDF5_PACKAGE := $(firstword $(foreach p,hdf5-openmpi hdf5-mpi hdf5, \
+    $(shell pkg-config --exists $(p) 2>/dev/null && echo $(p))))
+HDF5_COMPILE := $(patsubst -I%,-isystem %,$(or $(shell \
+    pkg-config --cflags-only-I $(HDF5_PACKAGE) 2>/dev/null),-I/usr/include/hdf5/openmpi))
+HDF5_LINK := $(or $(shell pkg-config --libs $(HDF5_PACKAGE) 2>/dev/null), \
+    -L/usr/lib/x86_64-linux-gnu/hdf5/openmpi -lhdf5)
+
 PD_CFLAGS = -std=c11 $(OPTIMISE) -fno-math-errno -ffp-contract=fast -Wno-psabi \
     -g -fPIC -fvisibility=hidden \
     $(WARNINGS) -Wshadow -Wpedantic \
     $(DEPENDENCIES) -Ipd_solver/include $(CFLAGS_EXTRA)
-PD_LIBS = -lmetis -lm
+PD_LIBS = $(HDF5_LINK) -lmetis -lm
 TEST_CFLAGS = $(PD_CFLAGS) -Ipd_solver/src -Wno-unused-parameter
 
 # The standard that OpenFOAM itself is compiled with.
@@ -199,6 +215,8 @@ bin/periSolidFoam: $(APPLICATION_OBJECT) lib/libperiFoam.so Makefile
 build/objects/pd_solver/%.o: pd_solver/%.c Makefile
 	@mkdir -p $(@D)
 	$(call brief,CC)$(CC) $(PD_CFLAGS) -c -o $@ $<
+
+build/objects/pd_solver/src/hdf5_file.o: PD_CFLAGS += $(HDF5_COMPILE)
 
 build/objects/pd_solver/%.avx2.o: pd_solver/%.c Makefile
 	@mkdir -p $(@D)

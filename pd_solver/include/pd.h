@@ -45,7 +45,8 @@ typedef enum {
     PD_NO_MEMORY,
     PD_BAD_FAMILY, /* a point whose family does not span space at the start */
     PD_NOT_FINITE, /* a position or a force is NaN or infinite */
-    PD_INVERTED    /* J <= PD_SMALLEST_J in a body without damage */
+    PD_INVERTED,   /* J <= PD_SMALLEST_J in a body without damage */
+    PD_FILE_ERROR  /* the message names the file and what is wrong with it */
 } pd_code;
 
 typedef struct {
@@ -135,6 +136,19 @@ PD_API double pd_kappa_stab(double G, double nu_stab);
 
 typedef struct pd_body pd_body;
 
+/* Numbers that a formulation keeps from step to step, for checkpoints. */
+typedef struct {
+    const char *name, *unit, *description;
+    enum { PD_OF_POINTS = 0, PD_OF_PAIRS } of;
+    int width;
+    pd_local n;     /* of points: those in [0, n) have values */
+    bool may_lack;  /* a file may be without it: then it is as in a new body */
+    double *values; /* [n][width]; of pairs: [pairs][width], pairs being the bonds of
+                       moving points to larger indices, point by point */
+} pd_kept;
+
+#define PD_MAX_KEPT 8
+
 /* Criteria by which bonds can break; bits. */
 enum { PD_BY_STRETCH = 1, PD_BY_STRESS = 2, PD_BY_PLASTIC_STRAIN = 4 };
 
@@ -163,6 +177,14 @@ typedef struct {
 
     /* Integrate the history over a step, see pd_body_advance; NULL: there is none. */
     void (*advance)(pd_body *body, double dt, double at);
+
+    /* List what it keeps, kept[PD_MAX_KEPT], borrowed; returns how many. NULL: nothing
+     * but the body's own arrays. */
+    int (*keep)(pd_body *body, pd_kept *kept);
+
+    /* Derive what the last forces left behind from what was kept, y, F, J and the broken
+     * bonds; NULL: nothing. */
+    void (*resume)(pd_body *body);
 
     /* Strain energy of the owned points (J); NULL: not defined. */
     double (*energy)(const pd_body *body);
@@ -467,6 +489,94 @@ typedef struct {
 /* Share the vertices out so that few edges are cut; as pd_partition. Where costs cannot
  * be had within the tolerances the answer is near them. */
 PD_API pd_status pd_partition_graph(const pd_graph *graph, int parts, int *part);
+
+/* ---- files ---- */
+
+/* A number or word of the caller's that is kept beside a body's state. */
+typedef struct {
+    char name[48];
+    enum { PD_NOTE_NUMBER = 0, PD_NOTE_INTEGER, PD_NOTE_TEXT } kind;
+    double number;
+    int64_t integer;
+    char text[128];
+} pd_note;
+
+#define PD_MAX_NOTES 64
+
+/*
+ * Save the state of a body after pd_body_forces or a step, with notes[n_notes], in one
+ * HDF5 file for all ranks, docs/files.md. Rows are in the order of the caller's numbers,
+ * whoever owns the points. An earlier file of that name stays until the new one is whole
+ * and on the disk. Collective. Errors: PD_FILE_ERROR, PD_NO_MEMORY, PD_BAD_ARGUMENT
+ * (notes: a name twice, or more than PD_MAX_NOTES).
+ */
+PD_API pd_status pd_checkpoint_save(pd_body *body, const char *path, size_t n_notes,
+                                    const pd_note *notes);
+
+/*
+ * Continue from a file: into a body that is as the saved one was when it was new, from
+ * the same points, held parts, formulation and material, with the same pre-cracks and
+ * protected points. Damping and criteria of damage may differ; the dead load is the
+ * caller's to set. Fills in the notes named in notes[n_notes], of the given kind. On as
+ * many ranks as wrote the file, or on others. With the same ranks, options, library and
+ * machine all that follows is as if the run had not been interrupted, to the last bit.
+ * Collective. Errors: PD_FILE_ERROR (no such file, damaged, of a newer version, of
+ * another body: the message names the value of both, or the point), PD_NO_MEMORY; the
+ * body must be destroyed then.
+ */
+PD_API pd_status pd_checkpoint_load(pd_body *body, const char *path, size_t n_notes,
+                                    pd_note *notes);
+
+/* What a checkpoint says of itself. */
+typedef struct {
+    int version; /* of the layout */
+    int dimension;
+    pd_global points;
+    int64_t broken_bonds; /* undirected */
+    int64_t size;         /* bytes */
+    char formulation[48], material[48];
+    size_t n_notes;
+    pd_note notes[PD_MAX_NOTES];
+} pd_checkpoint_facts;
+
+/* Is the file whole and readable? Reads all of it. No MPI. Errors: as
+ * pd_checkpoint_load's of files. */
+PD_API pd_status pd_checkpoint_check(const char *path, pd_checkpoint_facts *facts);
+
+/* A field of points, for pictures. */
+typedef struct {
+    const char *name, *unit, *description;
+    int width;            /* 1, 3 (a vector) or 6: PD_SYMMETRIC */
+    const double *values; /* [n_owned][width] */
+} pd_field;
+
+/* What is written of a body. */
+typedef struct {
+    double time;            /* s */
+    size_t n_own;           /* fields of the body's own ... */
+    const char *const *own; /* [n_own] ... by name, from pd_field_names */
+    size_t n_fields;        /* the caller's own */
+    const pd_field *fields; /* [n_fields] */
+    int axes[3];            /* which axis of the picture each of the body's is; all 0:
+                             * 0 1 2 */
+    double origin[3];       /* added to positions, m: where a plane stands in space */
+    bool single;            /* numbers of 4 bytes */
+} pd_picture;
+
+/* Null-terminated names of the fields that a body has: displacement, velocity, ... */
+PD_API extern const char *const pd_field_names[];
+
+/*
+ * Write the points for ParaView: `<folder>/<name>_<time>.h5` with the current positions
+ * and the fields, rows in the order of the caller's numbers, and `<folder>/<name>.xdmf`,
+ * which lists all times whose files are there, for ParaView to open; later times than
+ * this one, of a run that was continued from before them, are taken off the list. Vectors
+ * and positions have three components. Collective. Errors: PD_FILE_ERROR, PD_NO_MEMORY,
+ * PD_BAD_ARGUMENT (an unknown field, a width, a name with a slash, a time that is not
+ * finite).
+ */
+PD_API pd_status pd_body_write_picture(pd_body *body, const char *folder,
+                                       const char *name, const pd_picture *picture);
 
 /* ---- the pieces of theory that stand alone ---- */
 

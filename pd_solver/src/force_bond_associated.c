@@ -292,8 +292,6 @@ PD_INLINE void weigh(const int d, pd_body *b)
 {
     state *s = b->own;
     memset(s->met, 0, (size_t)b->n_active * sizeof *s->met);
-    for (pd_local i = 0; i < b->n_local; i++)
-        s->volume[i] = b->J[i] * b->volume[i];
     for (pd_local i = 0; i < b->n_active; i++)
         if (beside_hold(b, i))
             weigh_pairs(d, true, b, i);
@@ -347,10 +345,9 @@ PD_INLINE void solve_points(const int d, const int n, pd_body *b)
         solve_point(d, n, b, i);
 }
 
-static void find_kernels(pd_body *b)
+/* From y, volumes and soundness, those of ghosts too. */
+static void derive_kernels(pd_body *b)
 {
-    pd_body_refresh(b);
-    pd_halo_copy(b->halo, b->J, sizeof *b->J);
     if (b->options.dimension == 2)
         weigh(2, b);
     else
@@ -358,6 +355,16 @@ static void find_kernels(pd_body *b)
     SWEEP(b, solve_points, b)
     double *share = ((state *)b->own)->share;
     pd_halo_copy(b->halo, share, sizeof *share);
+}
+
+static void find_kernels(pd_body *b)
+{
+    state *s = b->own;
+    pd_body_refresh(b);
+    pd_halo_copy(b->halo, b->J, sizeof *b->J);
+    for (pd_local i = 0; i < b->n_local; i++)
+        s->volume[i] = b->J[i] * b->volume[i];
+    derive_kernels(b);
 }
 
 /* ---- preparation ---- */
@@ -991,6 +998,53 @@ static void frequency(const pd_body *b, double *omega2)
         omega2[i] = c * c * (omega2[i] + measured[i].direct) / b->volume[i];
 }
 
+/* ---- from step to step ----
+ *
+ * Stresses, plastic strains and soundness are integrated. Between forces and advance
+ * weights and kernels live too; they follow from y, soundness and the volumes that they
+ * were made with, which are J V but for points that just ceased to bear stress. */
+
+static int keep(pd_body *b, pd_kept *kept)
+{
+    const state *s = b->own;
+    const bool of_pairs = is_associated(b);
+    const pd_kept all[] = {
+        {.name = "stress",
+         .unit = "Pa",
+         .description = "Cauchy stress 11 22 33 12 23 13",
+         .of = of_pairs ? PD_OF_PAIRS : PD_OF_POINTS,
+         .width = PD_SYMMETRIC,
+         .n = b->n_moving,
+         .values = s->sigma},
+        {.name = "plasticStrain",
+         .unit = "-",
+         .description = "equivalent plastic strain",
+         .of = of_pairs ? PD_OF_PAIRS : PD_OF_POINTS,
+         .width = 1,
+         .n = b->n_moving,
+         .values = s->plastic},
+        {.name = "soundness",
+         .unit = "-",
+         .description = "what damage has left of a bond's influence",
+         .of = PD_OF_PAIRS,
+         .width = 1,
+         .may_lack = true,
+         .values = s->soundness},
+        {.name = "weighedVolume",
+         .unit = "m^d",
+         .description = "volume that the last weights were made with",
+         .of = PD_OF_POINTS,
+         .width = 1,
+         .n = b->n_local,
+         .values = s->volume},
+    };
+    int n = 0;
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        if (all[k].values)
+            kept[n++] = all[k];
+    return n;
+}
+
 /* ---- the table ---- */
 
 static const pd_parameter parameters[] = {
@@ -1027,6 +1081,8 @@ const pd_formulation pd_formulation_bond_associated = {
     .release = release,
     .forces = forces,
     .advance = advance,
+    .keep = keep,
+    .resume = derive_kernels,
     .stress = stress,
     .wave_speed = pd_body_longitudinal_speed,
     .frequency = frequency,
