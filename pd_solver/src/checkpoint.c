@@ -6,9 +6,9 @@
  * after pre-cracks; then positions, velocities, forces, F, J and what else it keeps.
  * Nothing is evaluated in between that could break a bond.
  *
- * Rows are those of points, by the caller's numbers, so that a file depends neither on the
- * order of points in memory nor on who owns them. Of bonds the file has, for each point,
- * those to larger numbers, in their order.
+ * Rows are those of points, by the caller's numbers, so that a file depends neither on
+ * the order of points in memory nor on who owns them. Of bonds the file has, for each
+ * point, those to larger numbers, in their order.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -297,7 +297,8 @@ static pd_status find_notes(pd_file *file, pd_checkpoint_facts *facts)
         pd_note *note = &facts->notes[k];
         pd_status status = {.code = PD_FILE_ERROR};
         strcpy(note->name, names[k] + strlen(note_prefix));
-        for (int kind_of = 0; status.code != PD_OK && kind_of <= PD_NOTE_TEXT; kind_of++) {
+        for (int kind_of = 0; status.code != PD_OK && kind_of <= PD_NOTE_TEXT;
+             kind_of++) {
             if (kind_of == PD_NOTE_NUMBER)
                 note->kind = PD_NOTE_NUMBER;
             else
@@ -516,8 +517,8 @@ static pd_status load_counts(const pd_rows *rows, pd_file *file, const list_rows
     if (status.code == PD_OK)
         status = pd_file_read(file, &what->count, rows->first, mine, count);
     if (status.code == PD_OK)
-        status = pd_agree(rows->comm,
-                          sum_counts(file, what, mine, count, all, lists->first));
+        status =
+            pd_agree(rows->comm, sum_counts(file, what, mine, count, all, lists->first));
     free(count);
     PD_TRY(status);
     int64_t sum = lists->first[mine];
@@ -533,7 +534,7 @@ static pd_status load_lists(const pd_rows *rows, pd_file *file, const list_rows 
                             const pd_rows_of *of, pd_lists *lists)
 {
     const size_t width = of ? (size_t)of->width * sizeof(double) : 0;
-    int64_t before, all, all_of = 0;
+    int64_t before = 0, all, all_of = 0;
     *lists = (pd_lists){.size = sizeof(pd_global) + width};
     PD_TRY(load_counts(rows, file, what, lists, &before));
     PD_TRY(pd_file_count(file, &what->partner, &all));
@@ -663,8 +664,8 @@ static void break_bond(pd_body *b, pd_local i, const pd_family *family, pd_local
         pd_damage_break(b, family->base + k);
 }
 
-/* Break the listed bonds wherever a family here has them. ends[0]: those listed, seen from
- * the points of this rank, ends[1]: all that are broken now. */
+/* Break the listed bonds wherever a family here has them. ends[0]: those listed, seen
+ * from the points of this rank, ends[1]: all that are broken now. */
 static void break_listed(pd_body *b, const pd_lists *lists, int64_t *ends_of)
 {
     pd_family family;
@@ -689,7 +690,8 @@ static pd_status compare_broken(const pd_body *b, pd_file *file, int64_t all,
                                 int64_t *ends_of)
 {
     pd_count_all(b->comm, ends_of, 2);
-    const long long listed = (long long)ends_of[0] / 2, broken = (long long)ends_of[1] / 2;
+    const long long listed = (long long)ends_of[0] / 2,
+                    broken = (long long)ends_of[1] / 2;
     if (listed != all)
         return pd_file_error(pd_file_path(file),
                              "%lld broken bonds, %lld of which the body does not have",
@@ -712,8 +714,8 @@ static pd_status load_broken(pd_body *b, const pd_rows *rows, pd_file *file)
         status = pd_agree(b->comm, pd_damage_allocate(b));
     if (status.code == PD_OK) {
         break_listed(b, &lists, ends_of);
-        status = pd_agree(b->comm, b->out_of_memory ? no_memory((size_t)all)
-                                                    : pd_status_ok());
+        status =
+            pd_agree(b->comm, b->out_of_memory ? no_memory((size_t)all) : pd_status_ok());
     }
     if (status.code == PD_OK)
         status = compare_broken(b, file, all, ends_of);
@@ -754,7 +756,8 @@ static pd_status write_entries(const pd_rows *rows, pd_file *file, const pd_kept
     const int64_t n = lists->first[pd_rows_mine(rows)];
     const size_t width = (size_t)kept->width * sizeof(double);
     char *values = malloc((size_t)n * width + 1);
-    pd_status status = pd_agree(rows->comm, values ? pd_status_ok() : no_memory((size_t)n));
+    pd_status status =
+        pd_agree(rows->comm, values ? pd_status_ok() : no_memory((size_t)n));
     for (int64_t e = 0; e < n && status.code == PD_OK; e++)
         memcpy(values + (size_t)e * width,
                lists->entry + (size_t)e * lists->size + sizeof(pd_global), width);
@@ -847,9 +850,9 @@ static pd_status load_pairs(const pd_body *b, const pd_rows *rows, pd_file *file
     if (status.code == PD_OK) {
         visit_pairs(b, take_pair, &list);
         if (list.missing[0] >= 0)
-            status = pd_file_error(pd_file_path(file), "no %s of the bond from %lld to %lld",
-                                   kept->name, (long long)b->id[list.missing[0]],
-                                   (long long)b->id[list.missing[1]]);
+            status = pd_file_error(
+                pd_file_path(file), "no %s of the bond from %lld to %lld", kept->name,
+                (long long)b->id[list.missing[0]], (long long)b->id[list.missing[1]]);
         status = pd_agree(b->comm, status);
     }
     pd_lists_free(&lists);
@@ -970,8 +973,8 @@ static pd_status read_facts(pd_file *file, pd_checkpoint_facts *facts)
         return pd_file_error(pd_file_path(file), "dimension %g", dimension);
     facts->dimension = (int)dimension;
     PD_TRY(pd_file_integer(file, "points", &facts->points));
-    PD_TRY(pd_file_text(file, "formulation", sizeof facts->formulation,
-                        facts->formulation));
+    PD_TRY(
+        pd_file_text(file, "formulation", sizeof facts->formulation, facts->formulation));
     PD_TRY(pd_file_text(file, "material", sizeof facts->material, facts->material));
     PD_TRY(find_notes(file, facts));
     PD_TRY(check_shapes(file, facts));

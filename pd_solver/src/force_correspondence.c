@@ -73,6 +73,8 @@ static double weight_on_lattice(const pd_body *b, pd_local i, pd_local j,
     return offset->weight;
 }
 
+PD_VERSIONS(pd_lattice_shapes)
+
 static pd_status prepare_lattice(pd_body *b)
 {
     pd_lattice *l = b->lattice;
@@ -91,12 +93,10 @@ static pd_status prepare_lattice(pd_body *b)
     PD_TRY(pd_lattice_weigh(b, weight_on_lattice, NULL));
     for (int64_t m = 0; m < l->regular.first[l->planes]; m++) {
         const pd_chunk *c = &l->regular.chunk[m];
-        for (int q = 0; q < c->count; q++)
-            if (!chunk_is_whole(c))
-                invert_lane(b, c, q);
-            else
-                b->carries[c->point + q] = sound ? PD_SOUND : PD_POINT_SINGULAR;
+        for (int q = 0; q < c->count && chunk_is_whole(c); q++)
+            b->carries[c->point + q] = sound ? PD_SOUND : PD_POINT_SINGULAR;
     }
+    pd_lattice_shapes(b);
     return pd_status_ok();
 }
 

@@ -653,15 +653,20 @@ static int weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh 
             const pd_local i = c->point + q;
             const pd_local j = pd_lattice_neighbour(l, z, c, q, &l->offset[k]);
             const int64_t bit = (int64_t)regular_row(b, i) * l->n_offsets + k;
-            if (j < 0 || (l->broken && l->broken[bit / 64] >> (bit % 64) & 1)) {
+            const bool broken = l->broken && l->broken[bit / 64] >> (bit % 64) & 1;
+            if (j < 0 || broken)
                 keep = keep == NOTHING ? BONDS : keep;
+            if (j < 0)
                 continue;
-            }
             *w = weigh(b, i, j, &l->offset[k], context);
-            bonds[k] |= (unsigned char)(1u << q);
-            /* Beyond round-off of the sums that a weight may come from. */
+            /* Beyond round-off of the sums that a weight may come from. Broken bonds count
+             * too: what a chunk keeps shall not depend on when it is weighed. */
             if (fabs(*w - common) > 1e-11 * fabs(common))
                 keep = WEIGHTS;
+            if (broken)
+                *w = 0;
+            else
+                bonds[k] |= (unsigned char)(1u << q);
         }
     return keep;
 }

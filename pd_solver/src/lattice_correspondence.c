@@ -9,6 +9,26 @@
 #include "lanes.h"
 
 void PD_FOR_THIS_SET(pd_lattice_correspondence)(pd_body *b);
+void PD_FOR_THIS_SET(pd_lattice_shapes)(pd_body *b);
+
+/* ---- shapes ---- */
+
+/* K^-1 of the lanes of a chunk with gaps. One piece of code for new bodies and for bonds
+ * that break later: inlined here and there it would round differently, and a body that is
+ * loaded from a file would not go on as the one that was saved. */
+static __attribute__((noinline)) void invert_lanes(pd_body *b, const pd_chunk *c)
+{
+    for (int q = 0; q < c->count; q++)
+        invert_lane(b, c, q);
+}
+
+void PD_FOR_THIS_SET(pd_lattice_shapes)(pd_body *b)
+{
+    const pd_lattice *l = b->lattice;
+    for (int64_t m = 0; m < l->regular.first[l->planes]; m++)
+        if (!chunk_is_whole(&l->regular.chunk[m]))
+            invert_lanes(b, &l->regular.chunk[m]);
+}
 
 /* Call f(d, axes, ...) with literal axes. */
 #define FOR_AXES(d, axes, f, ...)                                                        \
@@ -135,8 +155,8 @@ PD_INLINE void chunk_sum(const int d, const bool breaks, pd_body *b, int64_t z,
         PD_FOR_PARTS (part, c->count)
             over |= part_sum(d, breaks, b->lattice, &own->y, c, part, around, sum);
         again = over && pd_damage_break_chunk(b, z, c, s_c2);
-        for (int q = 0; again && q < c->count; q++)
-            invert_lane(b, c, q);
+        if (again)
+            invert_lanes(b, c);
     }
 }
 
