@@ -248,6 +248,9 @@ build/tests/test_formulations: build/objects/tests/reference/reference_correspon
 build/tests/test_bond: build/objects/tests/reference/reference_bond.o
 build/tests/test_bond_associated: build/objects/tests/reference/reference_bond_associated.o
 
+# Disks that cannot reserve space.
+build/tests/test_files: LDFLAGS_EXTRA += -Wl,--wrap=fallocate
+
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)
 	$(call brief,LD)$(CC) -o $@ $(filter %.o,$^) lib/libpd.a $(LDFLAGS_EXTRA) -lcmocka $(PD_LIBS)

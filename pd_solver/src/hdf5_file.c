@@ -521,6 +521,24 @@ static pd_status rename_part(const pd_file *f)
     return pd_status_ok();
 }
 
+/* Give back what was reserved and not used: where HDF5's part of the file ends stands in
+ * its superblock, of version 2 or 3, at a fixed place. */
+static void trim(const pd_file *f)
+{
+    unsigned char block[36];
+    struct stat about;
+    int64_t end = 0;
+    if (f->on_disk < 0 || fstat(f->on_disk, &about) != 0 ||
+        !read_bytes(f->on_disk, PD_FILE_HEADER, sizeof block, block) ||
+        (block[8] != 2 && block[8] != 3) || block[9] != 8)
+        return;
+    for (int k = 0; k < 8; k++)
+        end |= (int64_t)block[28 + k] << 8 * k;
+    end += PD_FILE_HEADER;
+    if (end > PD_FILE_HEADER && end < about.st_size && ftruncate(f->on_disk, end) != 0)
+        return; /* it stays a little longer than it must be */
+}
+
 /* Write the header and have all on the disk. */
 static pd_status seal(const pd_file *f, const header *h)
 {
@@ -563,6 +581,7 @@ pd_status pd_file_finish(pd_file *f)
         status = hdf5_error(f, "close it", NULL);
     f->id = H5I_INVALID_HID;
     unhush(v);
+    trim(f);
     status = pd_agree(f->comm, status);
     if (status.code == PD_OK)
         status = sum_part(f, &h);
