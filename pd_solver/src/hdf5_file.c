@@ -50,6 +50,7 @@ struct pd_file {
     char *part;  /* where it is written; NULL: it is read */
     int on_disk; /* rank 0's descriptor of part, or -1 */
     hid_t id;    /* HDF5's, or negative */
+    bool failed; /* a write did: the file is not to be finished */
 };
 
 /* ---- HDF5 keeps its errors to itself ---- */
@@ -361,6 +362,7 @@ static hid_t access_properties(const pd_file *f)
 {
     const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST);
+    H5Pset_sieve_buf_size(access, 0); /* writes fail when they are made, or not at all */
 #if H5_VERSION_GE(1, 10, 7) && !(H5_VERS_MINOR == 12 && H5_VERS_RELEASE == 0)
     H5Pset_file_locking(access, false, true);
 #endif
@@ -419,7 +421,16 @@ static int reserve(const pd_file *f, int64_t bytes)
     return 0;
 }
 
-/* The same for all ranks. Collective. */
+/* Where nothing could be reserved: give a file up and let go of its blocks, so that HDF5
+ * finds room to close what it has opened. */
+static void give_up(pd_file *f)
+{
+    f->failed = true;
+    if (f->on_disk >= 0 && ftruncate(f->on_disk, 0) != 0)
+        return; /* nothing more can be done */
+}
+
+/* reserve, on rank 0, for all ranks. Collective. */
 static pd_status reserve_all(const pd_file *f, int64_t bytes)
 {
     pd_status status = pd_status_ok();
@@ -431,12 +442,23 @@ static pd_status reserve_all(const pd_file *f, int64_t bytes)
     return pd_agree(f->comm, status);
 }
 
+/* Not even an empty file may fail in HDF5's hands: try whether there is room for it. */
+static bool write_nothing(const pd_file *f)
+{
+    char *nothing = calloc(1, METADATA);
+    const bool ok = nothing && write_bytes(f->on_disk, 0, METADATA, nothing);
+    free(nothing);
+    return ok;
+}
+
 static pd_status create_part(pd_file *f)
 {
     if (pd_rank_of(f->comm) != 0)
         return pd_status_ok();
     f->on_disk = open(f->part, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    return f->on_disk < 0 ? system_error(f->path, "write it", errno) : pd_status_ok();
+    if (f->on_disk < 0 || !write_nothing(f))
+        return system_error(f->path, "write it", errno);
+    return pd_status_ok();
 }
 
 static pd_status create_in_hdf5(pd_file *f)
@@ -461,11 +483,9 @@ pd_status pd_file_create(MPI_Comm comm, const char *path, const pd_file_kind *ki
     if (status.code == PD_OK)
         status = pd_agree(comm, create_part(f));
     if (status.code == PD_OK)
-        status = reserve_all(f, METADATA);
-    if (status.code == PD_OK)
         status = create_in_hdf5(f);
     if (status.code == PD_OK)
-        status = reserve_all(f, METADATA); /* HDF5 let go of what it found */
+        status = reserve_all(f, METADATA);
     unhush(v);
     if (status.code == PD_OK)
         status = pd_file_put_text(f, "format", "periFoam");
@@ -482,20 +502,13 @@ pd_status pd_file_create(MPI_Comm comm, const char *path, const pd_file_kind *ki
 
 /* ---- closing ---- */
 
-/* Let go of the file's blocks, so that HDF5 finds room to close it. */
-static void make_room(const pd_file *f)
-{
-    if (f->on_disk >= 0 && ftruncate(f->on_disk, 0) != 0)
-        return; /* nothing more can be done */
-}
-
 void pd_file_drop(pd_file *f)
 {
     if (!f)
         return;
     const voice v = hush();
-    if (f->part)
-        make_room(f);
+    if (f->part && f->id >= 0)
+        give_up(f);
     if (f->id >= 0)
         H5Fclose(f->id);
     unhush(v);
@@ -577,6 +590,10 @@ pd_status pd_file_finish(pd_file *f)
     snprintf(h.kind, sizeof h.kind, "%s", f->kind.name);
     const voice v = hush();
     pd_status status = pd_status_ok();
+    if (f->failed || H5Fflush(f->id, H5F_SCOPE_LOCAL) < 0) {
+        status = hdf5_error(f, "write it", NULL);
+        give_up(f);
+    }
     if (H5Fclose(f->id) < 0)
         status = hdf5_error(f, "close it", NULL);
     f->id = H5I_INVALID_HID;
@@ -717,6 +734,7 @@ static pd_status write_rows(pd_file *f, const pd_rows_of *rows, int64_t n,
     int64_t all = n;
     pd_count_all(f->comm, &all, 1);
     const int64_t first = pd_count_before(f->comm, n);
+    f->failed = true; /* until it is done */
     PD_TRY(reserve_all(f, all * row_size(rows) + METADATA));
     const hid_t set = create_rows(f, rows, all);
     PD_TRY(
@@ -724,8 +742,13 @@ static pd_status write_rows(pd_file *f, const pd_rows_of *rows, int64_t n,
     bool ok = put_text(set, "unit", rows->unit);
     ok = put_text(set, "description", rows->description) && ok;
     ok = write_pieces(f, set, rows, first, n, mine) && ok;
-    ok = H5Dclose(set) >= 0 && ok;
-    return pd_agree(f->comm, ok ? pd_status_ok() : hdf5_error(f, "write", rows->name));
+    const pd_status status =
+        pd_agree(f->comm, ok ? pd_status_ok() : hdf5_error(f, "write", rows->name));
+    if (status.code != PD_OK)
+        give_up(f);
+    H5Dclose(set);
+    f->failed = status.code != PD_OK;
+    return status;
 }
 
 pd_status pd_file_write(pd_file *f, const pd_rows_of *rows, int64_t n, const void *mine)
