@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "body.h"
-#include "damage.h"
+#include "hdf5_file.h"
 #include "lanes.h"
 #include "lattice.h"
 
@@ -460,12 +460,325 @@ static void weights_do_not_depend_on_what_is_broken(void **state)
     points_free(&cloud);
 }
 
+/* ---- notes and facts ---- */
+
+static void notes_come_back(void **state)
+{
+    pd_body *body = begin(&runs[2]);
+    pull(body);
+    assert_ok(pd_body_forces(body));
+    advance(&runs[2], body, 2 * STEPS);
+    const pd_note notes[] = {{.name = "time", .number = 0.1 + 0.2},
+                             {.name = "step", .kind = PD_NOTE_INTEGER, .integer = -7},
+                             {.name = "motion", .kind = PD_NOTE_TEXT, .text = "pull"}};
+    assert_ok(pd_checkpoint_save(body, path, 3, notes));
+    pd_note back[] = {{.name = "motion", .kind = PD_NOTE_TEXT},
+                      {.name = "time"},
+                      {.name = "step", .kind = PD_NOTE_INTEGER}};
+    pd_body *again = begin(&runs[2]);
+    assert_ok(pd_checkpoint_load(again, path, 3, back));
+    assert_string_equal(back[0].text, "pull");
+    assert_true(back[1].number == 0.1 + 0.2);
+    assert_int_equal(back[2].integer, -7);
+
+    pd_checkpoint_facts facts;
+    assert_ok(pd_checkpoint_check(path, &facts));
+    assert_int_equal(facts.version, 1);
+    assert_int_equal(facts.dimension, 2);
+    assert_int_equal(facts.points, pd_body_fields(body).n_owned);
+    assert_int_equal(facts.broken_bonds, pd_body_summary(body).broken_bonds);
+    assert_true(facts.broken_bonds > 0);
+    assert_string_equal(facts.formulation, "bond");
+    assert_string_equal(facts.material, "microelastic");
+    assert_int_equal(facts.n_notes, 3);
+    assert_string_equal(facts.notes[0].text, "pull");
+    assert_int_equal(facts.notes[1].integer, -7);
+    assert_string_equal(facts.notes[2].name, "time");
+    assert_true(facts.notes[2].number == 0.1 + 0.2);
+    pd_body_destroy(body);
+    pd_body_destroy(again);
+}
+
+/* ---- what does not fit ---- */
+
+static void assert_error(pd_status status, const char *why)
+{
+    if (status.code != PD_FILE_ERROR || !strstr(status.message, why) ||
+        !strstr(status.message, path))
+        fail_msg("expected '%s', got code %d '%s'", why, (int)status.code,
+                 status.message);
+}
+
+static const run plain = {"correspondence", 2,   "correspondence",
+                          "neoHookean",     {0}, .stretch = 1.09};
+
+/* Loading into that body is refused for a reason that holds `why`. */
+static void assert_unfit(pd_body *body, const char *why)
+{
+    assert_error(pd_checkpoint_load(body, path, 0, NULL), why);
+    pd_body_destroy(body);
+}
+
+static void save_plain(void)
+{
+    pd_body *body = begin(&plain);
+    pull(body);
+    assert_ok(pd_body_forces(body));
+    advance(&plain, body, 2);
+    assert_ok(pd_checkpoint_save(body, path, 0, NULL));
+    pd_body_destroy(body);
+}
+
+static void body_of_other_options_is_refused(void **state)
+{
+    save_plain();
+    points cloud = cloud_of(&plain);
+    pd_body_options o = options_of_run(&plain);
+    o.parameters[0] = 81;
+    assert_unfit(body_of(&cloud, &o), "material.G 80; that of the body: 81");
+    o = options_of_run(&plain);
+    o.horizon_ratio = 2.5;
+    assert_unfit(body_of(&cloud, &o), "horizonRatio 3.015");
+    o = options_of_run(&plain);
+    o.density = 2;
+    assert_unfit(body_of(&cloud, &o), "density 1.5; that of the body: 2");
+    o = options_of_run(&plain);
+    o.material = pd_material_find("StVenantKirchhoff");
+    assert_unfit(body_of(&cloud, &o), "material neoHookean");
+    o = options_of_run(&plain);
+    o.formulation_parameters[0] = 0.5;
+    assert_unfit(body_of(&cloud, &o), "formulation.zeroEnergy 0");
+    points_free(&cloud);
+    assert_unfit(begin(&runs[2]), "formulation correspondence");
+}
+
+static void body_of_other_points_is_refused(void **state)
+{
+    save_plain();
+    points cloud = cloud_of(&plain);
+    const pd_body_options o = options_of_run(&plain);
+    unsigned char *held = calloc(cloud.n, 1);
+    held[17] = 1;
+    assert_unfit(body_with_holds(&cloud, &o, held), "point 17 has another");
+    free(held);
+    cloud.n--;
+    assert_unfit(body_of(&cloud, &o), "266 points; the body has 265");
+    cloud.n++;
+    /* Off the lattice, where no point is put right. */
+    pd_body_options general = o;
+    general.general = true;
+    pd_body *there = body_of(&cloud, &general);
+    assert_ok(pd_checkpoint_save(there, path, 0, NULL));
+    pd_body_destroy(there);
+    cloud.X[3 * 31 + 1] += 1e-3 * SPACING;
+    pd_body *moved = body_of(&cloud, &general);
+    assert_int_equal(pd_checkpoint_load(moved, path, 0, NULL).point, 31);
+    assert_unfit(moved, "point 31 has another position at rest");
+    points_free(&cloud);
+}
+
+static void body_of_other_cracks_is_refused(void **state)
+{
+    save_plain();
+    pd_body *cracked = begin(&plain);
+    crack(cracked);
+    assert_unfit(cracked, "bonds are intact there and broken in the body");
+    cracked = begin(&plain);
+    crack(cracked);
+    assert_ok(pd_body_forces(cracked));
+    assert_ok(pd_checkpoint_save(cracked, path, 0, NULL));
+    pd_body_destroy(cracked);
+    /* A body without the pre-crack gets it from the file. */
+    pd_body *whole = begin(&plain);
+    assert_ok(pd_checkpoint_load(whole, path, 0, NULL));
+    assert_true(pd_body_summary(whole).broken_bonds > 0);
+    pd_body_destroy(whole);
+}
+
+/* What may change from one run to the next. */
+static void other_damping_and_damage_are_taken(void **state)
+{
+    save_plain();
+    points cloud = cloud_of(&plain);
+    pd_body_options o = options_of_run(&plain);
+    o.damping = 5;
+    o.critical_stretch = 0;
+    pd_body *body = body_of(&cloud, &o);
+    assert_ok(pd_checkpoint_load(body, path, 0, NULL));
+    assert_ok(pd_body_forces(body));
+    pd_body_destroy(body);
+    points_free(&cloud);
+}
+
+static void missing_notes_are_named(void **state)
+{
+    save_plain();
+    pd_body *body = begin(&plain);
+    pd_note note = {.name = "startTime"};
+    assert_error(pd_checkpoint_load(body, path, 1, &note), "startTime");
+    const pd_note twice[] = {{.name = "a"}, {.name = "a"}}, nameless = {.number = 1};
+    assert_int_equal(pd_checkpoint_save(body, path, 2, twice).code, PD_BAD_ARGUMENT);
+    assert_int_equal(pd_checkpoint_save(body, path, 1, &nameless).code, PD_BAD_ARGUMENT);
+    pd_body_destroy(body);
+}
+
+/* ---- files that are whole, and wrong ---- */
+
+/* Copy the checkpoint, with some data set replaced. Names, cells and widths are those of
+ * save_plain(). */
+typedef struct {
+    const char *name; /* of the data set to replace; NULL: none */
+    pd_cell cell;
+    int width;
+    int64_t rows;
+    const void *values;
+} forgery;
+
+static const pd_rows_of sets[] = {
+    {"reference", "", "", PD_DOUBLE, 2},   {"volume", "", "", PD_DOUBLE, 1},
+    {"position", "", "", PD_DOUBLE, 2},    {"velocity", "", "", PD_DOUBLE, 2},
+    {"force", "", "", PD_DOUBLE, 2},       {"F", "", "", PD_DOUBLE, 4},
+    {"J", "", "", PD_DOUBLE, 1},           {"held", "", "", PD_BYTE, 1},
+    {"carries", "", "", PD_BYTE, 1},       {"brokenBonds", "", "", PD_INT32, 1},
+    {"brokenPartner", "", "", PD_INT64, 1}};
+
+static const char *const numbers[] = {
+    "dimension",      "plane",           "horizonRatio",           "density",
+    "damping",        "criticalStretch", "energyRelease",          "criticalStress",
+    "failedStrain",   "soundStrain",     "formulation.zeroEnergy", "material.G",
+    "material.nuStab"};
+
+static void copy_facts(pd_file *from, pd_file *to)
+{
+    char word[48];
+    int64_t points_of;
+    assert_ok(pd_file_text(from, "formulation", sizeof word, word));
+    assert_ok(pd_file_put_text(to, "formulation", word));
+    assert_ok(pd_file_text(from, "material", sizeof word, word));
+    assert_ok(pd_file_put_text(to, "material", word));
+    assert_ok(pd_file_integer(from, "points", &points_of));
+    assert_ok(pd_file_put_integer(to, "points", points_of));
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+        double value;
+        if (!pd_file_knows(from, numbers[k]))
+            continue;
+        assert_ok(pd_file_number(from, numbers[k], &value));
+        assert_ok(pd_file_put_number(to, numbers[k], value));
+    }
+}
+
+static void forge(const forgery *f)
+{
+    const pd_file_kind kind = {"checkpoint", 1};
+    pd_file *from, *to;
+    assert_ok(pd_file_open(MPI_COMM_NULL, path, &kind, &from));
+    assert_ok(pd_file_create(MPI_COMM_NULL, path, &kind, &to));
+    copy_facts(from, to);
+    for (size_t k = 0; k < sizeof sets / sizeof *sets; k++) {
+        int64_t rows;
+        assert_ok(pd_file_count(from, &sets[k], &rows));
+        char *values = malloc((size_t)rows * 8 * (size_t)sets[k].width + 1);
+        assert_ok(pd_file_read(from, &sets[k], 0, rows, values));
+        if (f->name && strcmp(f->name, sets[k].name) == 0) {
+            const pd_rows_of other = {f->name, "", "", f->cell, f->width};
+            if (f->width > 0)
+                assert_ok(pd_file_write(to, &other, f->rows, f->values));
+        } else
+            assert_ok(pd_file_write(to, &sets[k], rows, values));
+        free(values);
+    }
+    assert_ok(pd_file_finish(to));
+    pd_file_drop(from);
+}
+
+/* As a checkpoint that says what no body could have said. */
+static void forged_files_are_refused(void **state)
+{
+    enum { N = 266 };
+    static double zeros[4 * N];
+    static int32_t one[N] = {1}, two[N] = {2}, negative[N] = {-1}, huge[N] = {INT32_MAX};
+    static int32_t both[N] = {-1, 2};
+    static unsigned char odd[N] = {9};
+    static const int64_t far[] = {200, 1}, outside[] = {INT64_MAX};
+    const struct {
+        forgery counts, other;
+        const char *why;
+        bool check; /* does the file alone tell? */
+    } cases[] = {
+        {{0}, {"J", PD_DOUBLE, 0, 0, NULL}, "no data set J", true},
+        {{0}, {"J", PD_SINGLE, 1, N, zeros}, "J has another form", true},
+        {{0}, {"F", PD_DOUBLE, 1, N, zeros}, "F has another form", true},
+        {{0}, {"J", PD_DOUBLE, 1, N - 1, zeros}, "265 rows of J for 266 points", true},
+        {{0}, {"carries", PD_BYTE, 1, N, odd}, "carries 9", false},
+        {{0}, {"brokenBonds", PD_INT32, 1, N, one}, "do not add up", true},
+        {{0}, {"brokenBonds", PD_INT32, 1, N, negative}, "do not add up", true},
+        {{0}, {"brokenBonds", PD_INT32, 1, N, huge}, "do not add up", true},
+        {{"brokenBonds", PD_INT32, 1, N, one},
+         {"brokenPartner", PD_INT64, 1, 1, outside},
+         "the body does not have",
+         false},
+        {{"brokenBonds", PD_INT32, 1, N, two},
+         {"brokenPartner", PD_INT64, 1, 2, far},
+         "the body does not have",
+         false},
+        {{"brokenBonds", PD_INT32, 1, N, both},
+         {"brokenPartner", PD_INT64, 1, 1, outside},
+         "do not add up",
+         true},
+    };
+    pd_checkpoint_facts facts;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        pd_body *rest = begin(&plain);
+        assert_ok(pd_body_forces(rest));
+        assert_ok(pd_checkpoint_save(rest, path, 0, NULL));
+        pd_body_destroy(rest);
+        if (cases[k].counts.name)
+            forge(&cases[k].counts);
+        forge(&cases[k].other);
+        if (cases[k].check)
+            assert_error(pd_checkpoint_check(path, &facts), cases[k].why);
+        else
+            assert_ok(pd_checkpoint_check(path, &facts));
+        assert_unfit(begin(&plain), cases[k].why);
+    }
+}
+
+/* OpenFOAM runs with them on. */
+static void no_trap_fires(void **state)
+{
+    const run *r = &runs[RUNS - 8];
+    pd_body *body = begin(r), *again = begin(r);
+    pd_checkpoint_facts facts;
+    pull(body);
+    assert_ok(pd_body_forces(body));
+    advance(r, body, STEPS);
+    feclearexcept(FE_ALL_EXCEPT);
+    feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW);
+    const pd_status saved = pd_checkpoint_save(body, path, 0, NULL);
+    const pd_status checked = pd_checkpoint_check(path, &facts);
+    const pd_status loaded = pd_checkpoint_load(again, path, 0, NULL);
+    fedisableexcept(FE_ALL_EXCEPT);
+    assert_ok(saved);
+    assert_ok(checked);
+    assert_ok(loaded);
+    pd_body_destroy(body);
+    pd_body_destroy(again);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_run_goes_on_as_if_never_stopped),
         cmocka_unit_test(so_it_does_on_other_machines),
         cmocka_unit_test(weights_do_not_depend_on_what_is_broken),
+        cmocka_unit_test(notes_come_back),
+        cmocka_unit_test(body_of_other_options_is_refused),
+        cmocka_unit_test(body_of_other_points_is_refused),
+        cmocka_unit_test(body_of_other_cracks_is_refused),
+        cmocka_unit_test(other_damping_and_damage_are_taken),
+        cmocka_unit_test(missing_notes_are_named),
+        cmocka_unit_test(forged_files_are_refused),
+        cmocka_unit_test(no_trap_fires),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
