@@ -85,6 +85,10 @@ UNIT_TESTS = \
     test_checkpoint \
     test_traps
 
+# One program each, tests/parallel/<name>.c, run on several ranks.
+PARALLEL_TESTS = \
+    test_files
+
 # One program each, pd_solver/bench/<name>.c.
 BENCHES = \
     bench_forces \
@@ -235,10 +239,12 @@ build/objects/foam_adapter/%.o: foam_adapter/%.C Makefile .cache/openfoam.mk
 # tests/run runs what is in build/tests, and finds the applications of build/bin by name.
 UNIT_PROGRAMS = $(UNIT_TESTS:%=build/tests/%)
 UNIT_OBJECTS = $(UNIT_TESTS:%=build/objects/tests/unit/%.o)
+PARALLEL_PROGRAMS = $(PARALLEL_TESTS:%=build/parallel/%)
+PARALLEL_OBJECTS = $(PARALLEL_TESTS:%=build/objects/tests/parallel/%.o)
 TRANSFER_OBJECT = build/objects/tests/transfer/testTransfer.o
 TEST_APPLICATIONS = build/bin/testTransfer
 
-.SECONDARY: $(UNIT_OBJECTS)
+.SECONDARY: $(UNIT_OBJECTS) $(PARALLEL_OBJECTS)
 
 build/objects/tests/%.o: tests/%.c Makefile
 	@mkdir -p $(@D)
@@ -255,6 +261,10 @@ build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)
 	$(call brief,LD)$(CC) -o $@ $(filter %.o,$^) lib/libpd.a $(LDFLAGS_EXTRA) -lcmocka $(PD_LIBS)
 
+build/parallel/%: build/objects/tests/parallel/%.o lib/libpd.a
+	@mkdir -p $(@D)
+	$(call brief,LD)$(CC) -o $@ $< lib/libpd.a $(LDFLAGS_EXTRA) $(PD_LIBS)
+
 build/objects/tests/%.o: tests/%.C Makefile .cache/openfoam.mk
 	@mkdir -p $(@D)
 	$(call brief,CXX)$(CXX) $(ADAPTER_CXXFLAGS) -c -o $@ $<
@@ -264,8 +274,9 @@ build/bin/testTransfer: $(TRANSFER_OBJECT) lib/libperiFoam.so
 	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../../lib' $(ADAPTER_LDFLAGS) \
 	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
 
-test: all $(UNIT_PROGRAMS) $(TEST_APPLICATIONS)
+test: all $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
 	@rm -f $(filter-out $(UNIT_PROGRAMS),$(wildcard build/tests/*))
+	@rm -f $(filter-out $(PARALLEL_PROGRAMS),$(wildcard build/parallel/*))
 	@tests/run $(FILTER)
 
 # --- benchmarks -------------------------------------------------------------------------
@@ -344,4 +355,4 @@ help:
 	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
 
 -include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECT:.o=.d) \
-    $(UNIT_OBJECTS:.o=.d) $(BENCH_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)
+    $(UNIT_OBJECTS:.o=.d) $(PARALLEL_OBJECTS:.o=.d) $(BENCH_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)
