@@ -83,6 +83,7 @@ UNIT_TESTS = \
     test_relaxation \
     test_files \
     test_checkpoint \
+    test_picture \
     test_traps
 
 # One program each, tests/parallel/<name>.c, run on several ranks.
@@ -92,6 +93,7 @@ PARALLEL_TESTS = \
 # One program each, pd_solver/bench/<name>.c.
 BENCHES = \
     bench_forces \
+    bench_files \
     bench_machine
 
 # --- OpenFOAM ---------------------------------------------------------------------------
@@ -285,6 +287,8 @@ BENCH_PROGRAMS = $(BENCHES:%=build/bench/%)
 BENCH_OBJECTS = $(BENCHES:%=build/objects/pd_solver/bench/%.o)
 
 .SECONDARY: $(BENCH_OBJECTS)
+
+build/objects/pd_solver/bench/bench_files.o: PD_CFLAGS += -Ipd_solver/src
 
 build/bench/%: build/objects/pd_solver/bench/%.o lib/libpd.a
 	@mkdir -p $(@D)

@@ -346,18 +346,9 @@ static const char top[] =
     "CollectionType=\"Temporal\">\n";
 static const char bottom[] = "</Grid></Domain></Xdmf>\n";
 
-/* The fewest digits that give the time back. */
-static void print_time(double time, char *text, size_t size)
-{
-    for (int digits = 6; digits <= 17; digits++) {
-        snprintf(text, size, "%.*g", digits, time);
-        if (strtod(text, NULL) == time)
-            return;
-    }
-}
-
-/* Is the line an entry of an earlier time, whose file is still there? */
-static bool stays(const char *folder, const char *line, double time)
+/* Is the line an entry of an earlier time, whose file is still there and not the new one?
+ */
+static bool stays(const char *folder, const char *line, double time, const char *file)
 {
     const char begins[] = "<Grid Name=\"", then[] = "\"><Time Value=\"";
     char name[256], path[4096];
@@ -369,12 +360,15 @@ static bool stays(const char *folder, const char *line, double time)
         return false;
     memcpy(name, from, (size_t)(end - from));
     name[end - from] = 0;
+    if (strcmp(name, file) == 0)
+        return false;
     const int length = snprintf(path, sizeof path, "%s/%s", folder, name);
     return length > 0 && (size_t)length < sizeof path && access(path, F_OK) == 0;
 }
 
 /* Copy the entries that stay. A list that is not ours is left alone. */
-static pd_status keep_entries(const char *folder, const char *path, double time, FILE *to)
+static pd_status keep_entries(const char *folder, const char *path, double time,
+                              const char *file, FILE *to)
 {
     FILE *from = fopen(path, "r");
     if (!from)
@@ -388,7 +382,7 @@ static pd_status keep_entries(const char *folder, const char *path, double time,
     if (got != strlen(top) || memcmp(head, top, got) != 0)
         status = pd_file_error(path, "is no list of times that periFoam wrote");
     while (status.code == PD_OK && getline(&line, &room, from) > 0)
-        if (stays(folder, line, time))
+        if (stays(folder, line, time, file))
             fputs(line, to);
     free(line);
     fclose(from);
@@ -408,7 +402,7 @@ static pd_status put_list(const char *path, const char *part, FILE *list)
 }
 
 static pd_status write_list(const char *folder, const char *name, double time,
-                            const char *entry)
+                            const char *file, const char *entry)
 {
     const size_t size = strlen(folder) + strlen(name) + 20;
     char *path = malloc(2 * size), *part = path + size;
@@ -422,7 +416,7 @@ static pd_status write_list(const char *folder, const char *name, double time,
         status = pd_file_error(path, "cannot write it: %s", strerror(errno));
     else {
         fputs(top, list);
-        status = keep_entries(folder, path, time, list);
+        status = keep_entries(folder, path, time, file, list);
         fprintf(list, "%s\n%s", entry, bottom);
         if (status.code == PD_OK)
             status = put_list(path, part, list);
@@ -473,7 +467,7 @@ pd_status pd_body_write_picture(pd_body *b, const char *folder, const char *name
     PD_TRY(pd_agree(b->comm, first ? make_folder(folder) : pd_status_ok()));
     char time[32], *entry = NULL, *path;
     size_t length = 0;
-    print_time(p->time, time, sizeof time);
+    snprintf(time, sizeof time, "%.10g", p->time);
     const size_t size = strlen(folder) + strlen(name) + sizeof time + 8;
     path = malloc(size);
     canvas c = {.axes = {0, 1, 2},
@@ -496,7 +490,7 @@ pd_status pd_body_write_picture(pd_body *b, const char *folder, const char *name
         if (fclose(c.xml) != 0 && status.code == PD_OK)
             status = pd_status_fail(PD_NO_MEMORY, -1, "a list of times");
         if (status.code == PD_OK)
-            status = write_list(folder, name, p->time, entry);
+            status = write_list(folder, name, p->time, c.file_name, entry);
     }
     free(entry);
     free(path);
