@@ -33,7 +33,7 @@
  * ranks share the work. A part of the layout. */
 #define BLOCK (INT64_C(1) << 20)
 
-/* Room for what HDF5 says of a data set, its attributes included. */
+/* Room for what HDF5 says of a data set, its attributes and our header included. */
 #define METADATA 65536
 
 /* Bytes of a rank in one call of MPI-IO. */
@@ -404,9 +404,9 @@ pd_status pd_file_open(MPI_Comm comm, const char *path, const pd_file_kind *kind
  * disk: it could not close the file any more, and would crash when the program ends. */
 static int reserve(const pd_file *f, int64_t bytes)
 {
-    hsize_t end = 0;
+    haddr_t end = 0; /* not the file's size, which MPI-IO does not know meanwhile */
     struct rlimit limit;
-    if (f->id >= 0 && H5Fget_filesize(f->id, &end) < 0)
+    if (f->id >= 0 && H5Fget_eoa(f->id, &end) < 0)
         return EIO;
     if (bytes < 0 || bytes > INT64_MAX - (int64_t)end)
         return EFBIG;
