@@ -33,8 +33,10 @@
  * ranks share the work. A part of the layout. */
 #define BLOCK (INT64_C(1) << 20)
 
-/* Room for what HDF5 says of a data set, its attributes and our header included. */
+/* Room for what HDF5 says of a file, with the attributes that it has, and of a data set.
+ */
 #define METADATA 65536
+#define METADATA_OF_ROWS 16384
 
 /* Bytes of a rank in one call of MPI-IO. */
 #define MOST_AT_ONCE (INT64_C(1) << 28)
@@ -47,10 +49,11 @@ struct pd_file {
     int version;
     int64_t size;
     char *path;
-    char *part;  /* where it is written; NULL: it is read */
-    int on_disk; /* rank 0's descriptor of part, or -1 */
-    hid_t id;    /* HDF5's, or negative */
-    bool failed; /* a write did: the file is not to be finished */
+    char *part;       /* where it is written; NULL: it is read */
+    int on_disk;      /* rank 0's descriptor of part, or -1 */
+    hid_t id;         /* HDF5's, or negative */
+    int64_t reserved; /* bytes, no less than what HDF5 uses */
+    bool failed;      /* a write did: the file is not to be finished */
 };
 
 /* ---- HDF5 keeps its errors to itself ---- */
@@ -402,22 +405,21 @@ pd_status pd_file_open(MPI_Comm comm, const char *path, const pd_file_kind *kind
 
 /* Reserve `bytes` after what the file has: 0, or an errno. HDF5 must not meet a full
  * disk: it could not close the file any more, and would crash when the program ends. */
-static int reserve(const pd_file *f, int64_t bytes)
+static int reserve(pd_file *f, int64_t bytes)
 {
-    haddr_t end = 0; /* not the file's size, which MPI-IO does not know meanwhile */
+    const int64_t end = f->reserved;
     struct rlimit limit;
-    if (f->id >= 0 && H5Fget_eoa(f->id, &end) < 0)
-        return EIO;
-    if (bytes < 0 || bytes > INT64_MAX - (int64_t)end)
+    if (bytes < 0 || bytes > INT64_MAX - end)
         return EFBIG;
     if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
-        end + (uint64_t)bytes > limit.rlim_cur)
+        (uint64_t)end + (uint64_t)bytes > limit.rlim_cur)
         return EFBIG;
 #ifdef __linux__
     if (fallocate(f->on_disk, 0, (off_t)end, (off_t)bytes) != 0 && errno != EOPNOTSUPP &&
         errno != ENOSYS && errno != EINVAL && errno != EINTR)
         return errno;
 #endif
+    f->reserved += bytes;
     return 0;
 }
 
@@ -431,7 +433,7 @@ static void give_up(pd_file *f)
 }
 
 /* reserve, on rank 0, for all ranks. Collective. */
-static pd_status reserve_all(const pd_file *f, int64_t bytes)
+static pd_status reserve_all(pd_file *f, int64_t bytes)
 {
     pd_status status = pd_status_ok();
     if (pd_rank_of(f->comm) == 0) {
@@ -715,8 +717,11 @@ static bool write_pieces(const pd_file *f, hid_t set, const pd_rows_of *rows,
     const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
     bool ok = true;
 #ifdef H5_HAVE_PARALLEL
-    if (pd_ranks_of(f->comm) > 1)
+    if (pd_ranks_of(f->comm) > 1) {
         H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
+        /* Slabs are long: there is nothing to gather first. */
+        H5Pset_dxpl_mpio_collective_opt(transfer, H5FD_MPIO_INDIVIDUAL_IO);
+    }
 #endif
     for (int64_t k = 0; k < pieces; k++) {
         const int64_t from = k * most < n ? k * most : n;
@@ -735,7 +740,7 @@ static pd_status write_rows(pd_file *f, const pd_rows_of *rows, int64_t n,
     pd_count_all(f->comm, &all, 1);
     const int64_t first = pd_count_before(f->comm, n);
     f->failed = true; /* until it is done */
-    PD_TRY(reserve_all(f, all * row_size(rows) + METADATA));
+    PD_TRY(reserve_all(f, all * row_size(rows) + METADATA_OF_ROWS));
     const hid_t set = create_rows(f, rows, all);
     PD_TRY(
         pd_agree(f->comm, set < 0 ? hdf5_error(f, "write", rows->name) : pd_status_ok()));

@@ -368,7 +368,7 @@ static void limit_of_size_is_an_error(void **state)
 /* Mount a small file system, if we may. */
 static bool mount_small(void)
 {
-    if (geteuid() != 0 || mount("none", folder, "tmpfs", 0, "size=400k") != 0)
+    if (geteuid() != 0 || mount("none", folder, "tmpfs", 0, "size=800k") != 0)
         return false;
     return true;
 }
@@ -388,7 +388,7 @@ static void write_on_full_disks(bool reserves)
 {
     reserves_nothing = !reserves;
     int written = 0;
-    for (int64_t left = 0; left < 360000; left += 12288) {
+    for (int64_t left = 0; left < 720000; left += 24576) {
         assert_ok(write_rows(path, ROWS, 4));
         fill_disk(left);
         const pd_status status = write_rows(path, 10000, 5);
