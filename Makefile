@@ -9,7 +9,7 @@
 MAKEFLAGS += --no-builtin-rules
 
 .PHONY: all library adapter applications bootstrap pictures test demo validate bench \
-        bench-programs bench-tools format check-format clean distclean help force
+        bench-programs bench-tools fuzz-reader format check-format clean distclean help force
 all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
@@ -100,7 +100,7 @@ BENCHES = \
 
 # FOAM_SRC, FOAM_LIB, FOAM_API and FOAM_FLAGS are scripts/bootstrap's. Make builds the file
 # if a target needs it, also after another OpenFOAM environment has been sourced.
-without_foam := library bootstrap pictures bench bench-programs bench-tools format \
+without_foam := library bootstrap pictures bench bench-programs bench-tools fuzz-reader format \
     check-format clean distclean help
 ifneq ($(filter-out $(without_foam),$(or $(MAKECMDGOALS),all)),)
 include .cache/openfoam.mk
@@ -281,6 +281,22 @@ test: all $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
 	@rm -f $(filter-out $(PARALLEL_PROGRAMS),$(wildcard build/parallel/*))
 	@tests/run $(FILTER)
 
+# What reads files, instrumented; the rest of the library as it is.
+FUZZ_SECONDS = $(or $(SECONDS),60)
+FUZZ_SOURCES = tests/fuzz/fuzz_checkpoint.c \
+    $(addprefix pd_solver/src/,checkpoint.c hdf5_file.c rows.c checksum.c collective.c status.c)
+
+build/fuzz/fuzz_checkpoint: $(FUZZ_SOURCES) lib/libpd.a
+	@mkdir -p $(@D)/corpus
+	$(call brief,LD)clang -std=c11 -g -O1 -fsanitize=fuzzer,address,undefined \
+	    -fno-sanitize-recover=undefined -Ipd_solver/include $(HDF5_COMPILE) $(MPI_COMPILE) \
+	    -o $@ $(FUZZ_SOURCES) lib/libpd.a $(PD_LIBS) $(MPI_LINK)
+
+# SECONDS=<n>: how long; what makes it fail is left in build/fuzz.
+fuzz-reader: build/fuzz/fuzz_checkpoint
+	cd build/fuzz && ./fuzz_checkpoint -max_total_time=$(FUZZ_SECONDS) -max_len=8192 \
+	    -print_final_stats=1 corpus
+
 # --- benchmarks -------------------------------------------------------------------------
 
 BENCH_PROGRAMS = $(BENCHES:%=build/bench/%)
@@ -351,6 +367,7 @@ help:
 	@echo 'make demo            one coupled case, from the mesh to the pictures'
 	@echo 'make validate        the elastic band against its reference'
 	@echo 'make bench           how fast forces are: docs/bench.md; SIZE=small is quicker'
+	@echo 'make fuzz-reader     any bytes in place of a checkpoint, for SECONDS=60; needs clang'
 	@echo 'make format          lay out the sources with clang-format'
 	@echo 'make check-format    fail if that would change them'
 	@echo 'make clean           remove build, lib and bin'

@@ -432,6 +432,17 @@ static void give_up(pd_file *f)
         return; /* nothing more can be done */
 }
 
+/* Let the disk begin with what there is, while we go on. */
+static void start_writing(const pd_file *f)
+{
+#ifdef __linux__
+    if (f->on_disk >= 0)
+        sync_file_range(f->on_disk, 0, 0, SYNC_FILE_RANGE_WRITE);
+#else
+    (void)f;
+#endif
+}
+
 /* reserve, on rank 0, for all ranks. Collective. */
 static pd_status reserve_all(pd_file *f, int64_t bytes)
 {
@@ -572,10 +583,7 @@ static pd_status sum_part(pd_file *f, header *h)
     int descriptor = -1;
     pd_status status = pd_agree(f->comm, open_bytes(f->part, &descriptor, &h->size));
     if (status.code == PD_OK) {
-#ifdef __linux__
-        if (f->on_disk >= 0)
-            sync_file_range(descriptor, 0, 0, SYNC_FILE_RANGE_WRITE);
-#endif
+        start_writing(f);
         status = check_sum(f->comm, f->path, descriptor, h->size, &h->sum);
         /* Other machines have their own part of it in memory. */
         if (status.code == PD_OK && f->on_disk < 0 && fsync(descriptor) != 0)
@@ -753,6 +761,7 @@ static pd_status write_rows(pd_file *f, const pd_rows_of *rows, int64_t n,
         give_up(f);
     H5Dclose(set);
     f->failed = status.code != PD_OK;
+    start_writing(f);
     return status;
 }
 
