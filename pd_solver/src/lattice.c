@@ -659,8 +659,8 @@ static int weigh_chunk(const pd_body *b, int64_t z, const pd_chunk *c, pd_weigh 
             if (j < 0)
                 continue;
             *w = weigh(b, i, j, &l->offset[k], context);
-            /* Beyond round-off of the sums that a weight may come from. Broken bonds count
-             * too: what a chunk keeps shall not depend on when it is weighed. */
+            /* Beyond round-off of the sums that a weight may come from. Broken bonds
+             * count too: what a chunk keeps shall not depend on when it is weighed. */
             if (fabs(*w - common) > 1e-11 * fabs(common))
                 keep = WEIGHTS;
             if (broken)
