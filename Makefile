@@ -52,6 +52,11 @@ ADAPTER_SOURCES = \
     foam_adapter/momentumSource/momentumSource.C \
     foam_adapter/transfer/transfer.C \
     foam_adapter/transfer/stencils.C \
+    foam_adapter/transfer/hosting.C \
+    foam_adapter/transfer/locator.C \
+    foam_adapter/transfer/sampleExchange.C \
+    foam_adapter/transfer/halo.C \
+    foam_adapter/transfer/exchange.C \
     foam_adapter/transfer/kernel.C \
     foam_adapter/solidBody/solidBody.C \
     foam_adapter/solidBody/readBody.C \

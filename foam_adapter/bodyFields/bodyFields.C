@@ -54,18 +54,41 @@ void forEachField(const periFoam::solidBody& body, const Writer& write)
 }
 
 
-//- Writes fields of points beside a cloud
+//- Writes fields of points beside a cloud, by the ranks that write the points
 class cloudWriter
 {
     const polyMesh& mesh_;
     const periFoam::solidBody& body_;
 
+    //- Where the points are, or nullptr: where they are computed
+    const periFoam::hosting* hosts_;
+
+    template<class Type>
+    void writeHosted(const word& name, const Field<Type>& values) const
+    {
+        if (!hosts_)
+        {
+            IOField<Type>(io(name), values).write();
+            return;
+        }
+        const Field<Type> hosted(hosts_->toHosts(values));
+
+        // No files of clouds without points, as OpenFOAM has it
+        IOField<Type>(io(name), hosted).write(hosted.size() > 0);
+    }
+
 public:
 
-    cloudWriter(const polyMesh& mesh, const periFoam::solidBody& body)
+    cloudWriter
+    (
+        const polyMesh& mesh,
+        const periFoam::solidBody& body,
+        const periFoam::hosting* hosts
+    )
     :
         mesh_(mesh),
-        body_(body)
+        body_(body),
+        hosts_(hosts)
     {}
 
     IOobject io(const word& name) const
@@ -90,7 +113,7 @@ public:
         const Field<Type>& values
     ) const
     {
-        IOField<Type>(io(name), values).write();
+        writeHosted(name, values);
     }
 
     //- Tensors are left to the cells
@@ -110,7 +133,7 @@ public:
         {
             cell[p] = body_.view().given[p];
         }
-        IOField<label>(io("cell"), cell).write();
+        writeHosted("cell", cell);
     }
 };
 
@@ -213,22 +236,29 @@ void Foam::periFoam::writePointCloud
     (
         fluid, body.name(), IDLList<passiveParticle>()
     );
-    label celli = 0;
-    for (label p = 0; p < body.view().n_owned; ++p)
+    pointField x(body.view().n_owned);
+    forAll(x, p)
     {
-        const point x(body.position(p));
-        celli = max(places.cellAt(x, celli), 0);
-        cloud.addParticle(new passiveParticle(fluid, x, celli));
+        x[p] = body.position(p);
+    }
+    autoPtr<hosting> hosts(places.newHosting());
+    hosts->locate(x);
+    forAll(hosts->place(), i)
+    {
+        cloud.addParticle
+        (
+            new passiveParticle(fluid, hosts->place()[i], hosts->cell()[i])
+        );
     }
     cloud.write();
-    cloudWriter(fluid, body).writeAll();
+    cloudWriter(fluid, body, hosts.get()).writeAll();
 }
 
 
 void Foam::periFoam::writeRegion(const fvMesh& region, const solidBody& body)
 {
     forEachField(body, cellWriter(region, body));
-    const cloudWriter cloud(region, body);
+    const cloudWriter cloud(region, body, nullptr);
     bodyPositions(cloud.io("positions"), body).write();
     cloud.writeAll();
 }

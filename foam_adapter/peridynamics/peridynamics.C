@@ -58,6 +58,23 @@ const word& endingOnErrors
     return name;
 }
 
+//- The text of the first rank that has one. Collective
+string firstText(const string& mine)
+{
+    stringList all(Pstream::nProcs());
+    all[Pstream::myProcNo()] = mine;
+    Pstream::gatherList(all);
+    Pstream::scatterList(all);
+    for (const string& text : all)
+    {
+        if (!text.empty())
+        {
+            return text;
+        }
+    }
+    return string();
+}
+
 const char* const solversThatAsk =
     "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam";
 
@@ -139,15 +156,6 @@ void Foam::functionObjects::peridynamics::readBodies()
 void Foam::functionObjects::peridynamics::checkSolver() const
 {
     const periFoam::checkedDictionary top(scene_.properties());
-    if (Pstream::parRun())
-    {
-        top.refuse
-        (
-            "coupling",
-            "the run is parallel; allowed: a serial run (this version does "
-            "not decompose bodies)"
-        );
-    }
     const PtrList<fv::option>& sources = fv::options::New(mesh_);
     for (const fv::option& source : sources)
     {
@@ -194,22 +202,32 @@ void Foam::functionObjects::peridynamics::checkPlaces()
     forAll(bodies_, i)
     {
         const periFoam::solidBody& body = bodies_[i];
-        label celli = 0;
-        for (label p = 0; p < body.view().n_owned; ++p)
+        pointField X(body.view().n_owned);
+        label lost = -1;
+        forAll(X, p)
         {
-            const point X(body.reference(p));
-            celli =
-                mesh_.bounds().contains(X) ? transfer_->cellAt(X, celli) : -1;
-            if (celli < 0)
-            {
-                OStringStream os;
-                os  << "cell " << label(body.view().id[p]) << " of region "
-                    << body.name() << " at " << X
-                    << " lies outside the fluid mesh; allowed: within "
-                    << mesh_.bounds().min() << " to " << mesh_.bounds().max();
-                const periFoam::checkedDictionary top(scene_.properties());
-                top.sub("bodies").refuse(body.name(), os.str());
-            }
+            X[p] = body.reference(p);
+            const bool far =
+               !transfer_->periodic() && !mesh_.bounds().contains(X[p]);
+            lost = far && lost < 0 ? p : lost;
+        }
+        if (returnReduce(lost < 0, andOp<bool>()))
+        {
+            lost = transfer_->newHosting()->locate(X);
+        }
+        OStringStream os;
+        if (lost >= 0)
+        {
+            os  << "cell " << label(body.view().id[lost]) << " of region "
+                << body.name() << " at " << X[lost]
+                << " lies outside the fluid mesh; allowed: within "
+                << mesh_.bounds().min() << " to " << mesh_.bounds().max();
+        }
+        const string why(firstText(os.str()));
+        if (!why.empty())
+        {
+            const periFoam::checkedDictionary top(scene_.properties());
+            top.sub("bodies").refuse(body.name(), why);
         }
     }
     checkOverlap();
@@ -244,20 +262,58 @@ void Foam::functionObjects::peridynamics::checkOverlap() const
                     )
                 );
             }
-            for (label p = 0; p < bodies_[j].view().n_owned; ++p)
+            const string why(overlap(mesh(), bodies_[j]));
+            if (!why.empty())
             {
-                const point X(bodies_[j].reference(p));
-                if (mesh->bounds().contains(X) && mesh->findCell(X, polyMesh::FACE_PLANES) >= 0)
-                {
-                    OStringStream os;
-                    os  << "it overlaps the body " << bodies_[i].name()
-                        << " at " << X << "; allowed: bodies apart";
-                    const periFoam::checkedDictionary top(scene_.properties());
-                    top.sub("bodies").refuse(bodies_[j].name(), os.str());
-                }
+                const periFoam::checkedDictionary top(scene_.properties());
+                top.sub("bodies").refuse
+                (
+                    bodies_[j].name(),
+                    "it overlaps the body " + bodies_[i].name() + why
+                  + "; allowed: bodies apart"
+                );
             }
         }
     }
+}
+
+
+Foam::string Foam::functionObjects::peridynamics::overlap
+(
+    const polyMesh& mesh,
+    const periFoam::solidBody& body
+) const
+{
+    // Points of any rank may lie in this rank's part of the mesh
+    DynamicList<point> near;
+    for (label p = 0; p < body.view().n_owned; ++p)
+    {
+        if (mesh.bounds().contains(body.reference(p)))
+        {
+            near.append(body.reference(p));
+        }
+    }
+    List<List<point>> all(Pstream::nProcs());
+    all[Pstream::myProcNo()] = near;
+    Pstream::gatherList(all);
+    Pstream::scatterList(all);
+
+    OStringStream os;
+    for (const List<point>& ofRank : all)
+    {
+        for (const point& X : ofRank)
+        {
+            if
+            (
+                os.str().empty() && mesh.nCells()
+             && mesh.findCell(X, polyMesh::FACE_PLANES) >= 0
+            )
+            {
+                os << " at " << X;
+            }
+        }
+    }
+    return firstText(os.str());
 }
 
 
@@ -273,7 +329,7 @@ void Foam::functionObjects::peridynamics::buildHolds()
             volume.append(body.volume(p));
         }
     }
-    if (place.empty())
+    if (returnReduce(place.empty(), andOp<bool>()))
     {
         return;
     }
@@ -341,6 +397,7 @@ Foam::functionObjects::peridynamics::estimateStableStep() const
             kernel_->steepest*body.waveSpeed()/transfer_->smallestWidth();
         step = min(step, min(1/omega, body.springStep(rhoInf_)));
     }
+    reduce(step, minOp<scalar>()); // some ranks have no moving points
     return step;
 }
 
@@ -408,7 +465,14 @@ Foam::label Foam::functionObjects::peridynamics::firstFarOff() const
         for (direction a = 0; a < 3; ++a)
         {
             const scalar x = position_[p][a];
-            if (!std::isfinite(x) || std::fabs(x - centre[a]) > reach[a])
+            if
+            (
+               !std::isfinite(x)
+            || (
+                   !transfer_->periodic()
+                && std::fabs(x - centre[a]) > reach[a]
+                )
+            )
             {
                 return p;
             }
@@ -428,24 +492,29 @@ void Foam::functionObjects::peridynamics::place(const char* when)
             position_[start++] = body.position(p);
         }
     }
+    // All ranks locate, also one that knows of a point far off
     label lost = firstFarOff();
-    if (lost < 0)
+    if (lost < 0 || Pstream::parRun())
     {
-        lost = transfer_->locate(position_);
+        const label outside = transfer_->locate(position_);
+        lost = lost < 0 ? outside : lost;
     }
-    if (lost < 0)
+    failure f{-1, -1, ""};
+    if (lost >= 0)
     {
-        return;
+        f.bodyi = 0;
+        label p = lost;
+        while (p >= bodies_[f.bodyi].nMoving())
+        {
+            p -= bodies_[f.bodyi++].nMoving();
+        }
+        OStringStream os;
+        os  << "the point left the fluid mesh " << when << ", for "
+            << bodies_[f.bodyi].position(p);
+        f.meshCell = bodies_[f.bodyi].view().id[p];
+        f.cause = os.str();
     }
-    label bodyi = 0, p = lost;
-    while (p >= bodies_[bodyi].nMoving())
-    {
-        p -= bodies_[bodyi++].nMoving();
-    }
-    OStringStream os;
-    os  << "the point left the fluid mesh " << when << ", for "
-        << bodies_[bodyi].position(p);
-    fail(bodyi, bodies_[bodyi].view().id[p], os.str());
+    endOn(f);
 }
 
 
@@ -493,6 +562,7 @@ void Foam::functionObjects::peridynamics::evaluateForces()
     }
     {
         stopwatch watch(wall_, SOLID);
+        failure f{-1, -1, ""};
         forAll(bodies_, i)
         {
             SubList<vector> force(ofBody(force_, i));
@@ -506,22 +576,20 @@ void Foam::functionObjects::peridynamics::evaluateForces()
             }
             if (status.code != PD_OK)
             {
-                failStatus(i, status);
+                f = failure{i, label(status.point), status.message};
+                break;
             }
         }
+        endOn(f);
     }
     stopwatch watch(wall_, TRANSFER);
     transfer_->spread(force_);
 }
 
 
-void Foam::functionObjects::peridynamics::finishStep()
+Foam::functionObjects::peridynamics::failure
+Foam::functionObjects::peridynamics::firstWild()
 {
-    {
-        stopwatch watch(wall_, TRANSFER);
-        transfer_->sample(U(), phi(), true);
-        transfer_->interpolate(midVelocity_);
-    }
     forAll(bodies_, i)
     {
         const SubList<vector> v(ofBody(midVelocity_, i));
@@ -534,15 +602,27 @@ void Foam::functionObjects::peridynamics::finishStep()
             || !std::isfinite(v[p].z())
             )
             {
-                fail
-                (
+                return failure
+                {
                     i,
-                    bodies_[i].view().id[p],
+                    label(bodies_[i].view().id[p]),
                     "the velocity of the flow there is not finite"
-                );
+                };
             }
         }
     }
+    return failure{-1, -1, ""};
+}
+
+
+void Foam::functionObjects::peridynamics::finishStep()
+{
+    {
+        stopwatch watch(wall_, TRANSFER);
+        transfer_->sample(U(), phi(), true);
+        transfer_->interpolate(midVelocity_);
+    }
+    endOn(firstWild());
     forAll(bodies_, i)
     {
         bodies_[i].toMidpoint
@@ -587,12 +667,33 @@ void Foam::functionObjects::peridynamics::restoreOld() const
 }
 
 
-void Foam::functionObjects::peridynamics::fail
-(
-    const label bodyi,
-    const label meshCell,
-    const string& cause
-)
+void Foam::functionObjects::peridynamics::endOn(const failure& mine)
+{
+    if (!returnReduce(mine.bodyi >= 0, orOp<bool>()))
+    {
+        return;
+    }
+    labelList bodies(Pstream::nProcs()), cells(bodies);
+    stringList causes(bodies.size());
+    bodies[Pstream::myProcNo()] = mine.bodyi;
+    cells[Pstream::myProcNo()] = mine.meshCell;
+    causes[Pstream::myProcNo()] = mine.cause;
+    Pstream::gatherList(bodies);
+    Pstream::scatterList(bodies);
+    Pstream::gatherList(cells);
+    Pstream::scatterList(cells);
+    Pstream::gatherList(causes);
+    Pstream::scatterList(causes);
+    label rank = 0;
+    while (bodies[rank] < 0)
+    {
+        ++rank;
+    }
+    fail(failure{bodies[rank], cells[rank], causes[rank]});
+}
+
+
+void Foam::functionObjects::peridynamics::fail(const failure& f)
 {
     const label step = time_.timeIndex();
     const scalar when = time_.value();
@@ -619,17 +720,7 @@ void Foam::functionObjects::peridynamics::fail
     OStringStream rest;
     rest<< "Stable step " << stableStep_ << " s, deltaT "
         << time_.deltaTValue() << " s; " << kept.c_str();
-    report_->fail(bodyi, meshCell, cause, step, when, rest.str());
-}
-
-
-void Foam::functionObjects::peridynamics::failStatus
-(
-    const label bodyi,
-    const pd_status& status
-)
-{
-    fail(bodyi, status.point, status.message);
+    report_->fail(f.bodyi, f.meshCell, f.cause, step, when, rest.str());
 }
 
 

@@ -198,15 +198,13 @@ const Foam::boundBox& Foam::periFoam::stencils::cellBox
     {
         return *known;
     }
-    boundBox box(boundBox::invertedBox);
-    for (const label facei : mesh_.cells()[celli])
-    {
-        for (const label pointi : mesh_.faces()[facei])
-        {
-            box.add(mesh_.points()[pointi]);
-        }
-    }
-    cellBoxes_.insert(celli, box);
+    cellBoxes_.insert
+    (
+        celli,
+        celli < mesh_.nCells()
+      ? halo::cellBox(mesh_, celli)
+      : halo_->cell(celli).box
+    );
     return cellBoxes_[celli];
 }
 
@@ -237,23 +235,17 @@ Foam::boundBox Foam::periFoam::stencils::boxOf(const label celli) const
 }
 
 
-Foam::boundBox Foam::periFoam::stencils::placeBox(const label celli) const
+const Foam::point& Foam::periFoam::stencils::placeOf(const label label) const
 {
-    // A walk may call points inside that lie outside by as much as faces warp
-    scalar warp = 0;
-    for (const label facei : mesh_.cells()[celli])
+    if (type_ == CELLS)
     {
-        const vector& S = mesh_.faceAreas()[facei];
-        for (const label pointi : mesh_.faces()[facei])
-        {
-            const vector arm(mesh_.points()[pointi] - mesh_.faceCentres()[facei]);
-            warp = max(warp, mag(arm & S)/mag(S));
-        }
+        return
+            isGhost(label)
+          ? halo_->cell(label).centre
+          : mesh_.cellCentres()[label];
     }
-    boundBox box(cellBox(celli));
-    box.min() -= 2*warp*vector::one;
-    box.max() += 2*warp*vector::one;
-    return box;
+    return
+        isGhost(label) ? halo_->face(label).centre : mesh_.faceCentres()[label];
 }
 
 
@@ -263,30 +255,96 @@ Foam::vector Foam::periFoam::stencils::widthAt(const label label) const
     {
         return cellBox(label).span();
     }
+    if (isGhost(label))
+    {
+        return halo_->face(label).width;
+    }
+    Foam::label behind = -1;
+    if (mesh_.isInternalFace(label))
+    {
+        behind = mesh_.faceNeighbour()[label];
+    }
+    else if (halo_)
+    {
+        behind = halo_->behind(label).across;
+    }
     const vector owner(cellBox(mesh_.faceOwner()[label]).span());
-    return
-        mesh_.isInternalFace(label)
-      ? (owner + cellBox(mesh_.faceNeighbour()[label]).span())/2
-      : owner;
+    return behind < 0 ? owner : (owner + cellBox(behind).span())/2;
 }
 
 
 bool Foam::periFoam::stencils::usable(const label facei) const
 {
-    if (mesh_.isInternalFace(facei))
+    label patchi = -1;
+    if (facei >= mesh_.nFaces())
+    {
+        patchi = halo_->face(facei).patch;
+    }
+    else if
+    (
+       !mesh_.isInternalFace(facei)
+    && !(halo_ && halo_->coupled(facei))
+    )
+    {
+        patchi = mesh_.boundaryMesh().whichPatch(facei);
+    }
+    if (patchi < 0)
     {
         return true;
     }
-    const polyPatch& patch =
-        mesh_.boundaryMesh()[mesh_.boundaryMesh().whichPatch(facei)];
+    const polyPatch& patch = mesh_.boundaryMesh()[patchi];
     if (patch.coupled())
     {
         FatalErrorInFunction
             << "a body is within a kernel's reach of patch " << patch.name()
-            << " of type " << patch.type() << "; allowed near a body: "
-            << "patches that are not coupled" << exit(FatalError);
+            << " of type " << patch.type() << "; allowed near a body: cyclic"
+            << " patches that are shifted, not turned, copies of each other,"
+            << " with at most three different shifts; patches that are not"
+            << " coupled" << exit(FatalError);
     }
     return !isA<emptyPolyPatch>(patch) && !isA<wedgePolyPatch>(patch);
+}
+
+
+void Foam::periFoam::stencils::facesOf
+(
+    const label celli,
+    DynamicList<halo::cellFace>& faces
+) const
+{
+    faces.clear();
+    if (celli >= mesh_.nCells())
+    {
+        const halo::haloCell& c = halo_->cell(celli);
+        for (label i = 0; i < c.size; ++i)
+        {
+            faces.append(halo_->faceOf(c, i));
+        }
+        return;
+    }
+    for (const label facei : mesh_.cells()[celli])
+    {
+        if (mesh_.isInternalFace(facei))
+        {
+            const label own = mesh_.faceOwner()[facei];
+            faces.append
+            (
+                halo::cellFace
+                {
+                    facei,
+                    own == celli ? mesh_.faceNeighbour()[facei] : own
+                }
+            );
+        }
+        else if (halo_)
+        {
+            faces.append(halo_->behind(facei));
+        }
+        else
+        {
+            faces.append(halo::cellFace{facei, -1});
+        }
+    }
 }
 
 
@@ -297,28 +355,31 @@ Foam::label Foam::periFoam::stencils::compactOf(const label label)
         return compact_[label];
     }
     compact_[label] = sampled_.size();
-    sampled_.append(label);
+    if (isGhost(label))
+    {
+        ghosts_.append(sampled_.size());
+        ghostLabel_.append(label);
+    }
+    sampled_.append(isGhost(label) ? -1 : label);
     width_.append(widthAt(label));
     for (const Foam::label d : directions_)
     {
         smallestWidth_ = min(smallestWidth_, width_.last()[d]);
     }
+    position_.append(placeOf(label));
     if (type_ == CELLS)
     {
-        position_.append(mesh_.cellCentres()[label]);
         return compact_[label];
     }
-    position_.append(mesh_.faceCentres()[label]);
+    if (isGhost(label))
+    {
+        normal_.append(halo_->face(label).normal);
+        rArea_.append(0);
+        return compact_[label];
+    }
     const vector& S = mesh_.faceAreas()[label];
-
-    // Normals point along the axis they are nearest to, so that samples on
-    // a boundary, whose normals point outwards, agree with those inside
-    const Foam::label axis = findMax
-    (
-        FixedList<scalar, 3>({std::fabs(S.x()), std::fabs(S.y()), std::fabs(S.z())})
-    );
-    const scalar sign = S[axis] < 0 ? -1 : 1;
-    normal_.append(sign*S/mag(S));
+    scalar sign;
+    normal_.append(halo::normalOf(S, sign));
     rArea_.append(sign/mag(S));
     return compact_[label];
 }
@@ -372,20 +433,14 @@ void Foam::periFoam::stencils::collect
     DynamicList<label>& found
 )
 {
-    const boundBox box(placeBox(celli));
+    const boundBox box(halo::placeBox(mesh_, celli));
     const auto inReach = [&](const label label)
     {
-        return within
-        (
-            type_ == CELLS
-          ? mesh_.cellCentres()[label]
-          : mesh_.faceCentres()[label],
-            widthAt(label),
-            box
-        );
+        return within(placeOf(label), widthAt(label), box);
     };
     labelHashSet seenCells, seenFaces;
     DynamicList<label> queue;
+    DynamicList<halo::cellFace> faces;
     queue.append(celli);
     seenCells.insert(celli);
 
@@ -397,33 +452,31 @@ void Foam::periFoam::stencils::collect
         {
             found.append(compactOf(here));
         }
-        for (const label facei : mesh_.cells()[here])
+        facesOf(here, faces);
+        for (const halo::cellFace& f : faces)
         {
-            if (!seenFaces.insert(facei))
+            if (!seenFaces.insert(f.face))
             {
                 continue;
             }
-            if (type_ == FACES && inReach(facei) && usable(facei))
+            if (type_ == FACES && inReach(f.face) && usable(f.face))
             {
-                found.append(compactOf(facei));
+                found.append(compactOf(f.face));
             }
-            if (!mesh_.isInternalFace(facei))
+            if (f.across < 0)
             {
                 if (holds)
                 {
-                    usable(facei);
+                    usable(f.face);
                 }
                 continue;
             }
 
             // Through cells that are not in reach too: samples behind them,
             // larger or around a corner, may be
-            const label owner = mesh_.faceOwner()[facei];
-            const label next =
-                owner == here ? mesh_.faceNeighbour()[facei] : owner;
-            if (seenCells.insert(next) && around(cellBox(next), box))
+            if (seenCells.insert(f.across) && around(cellBox(f.across), box))
             {
-                queue.append(next);
+                queue.append(f.across);
             }
         }
     }
@@ -741,14 +794,22 @@ Foam::periFoam::stencils::stencils
 (
     const fvMesh& mesh,
     const kernel& k,
-    const sampleType type
+    const sampleType type,
+    const halo* beyond
 )
 :
     mesh_(mesh),
     kernel_(k),
     type_(type),
+    halo_(beyond),
     stencilOfCell_(mesh.nCells(), -1),
-    compact_(type == FACES ? mesh.nFaces() : mesh.nCells(), -1),
+    compact_
+    (
+        type == FACES
+      ? mesh.nFaces() + (beyond ? beyond->nFaces() : 0)
+      : mesh.nCells() + (beyond ? beyond->nCells() : 0),
+        -1
+    ),
     smallestWidth_(GREAT)
 {
     DynamicList<label> solved(3);
@@ -1039,6 +1100,7 @@ Foam::label Foam::periFoam::stencils::bytes() const
       + blocks_.size()*label(sizeof(block))
       + coordinates_.byteSize() + rWidths_.byteSize()
       + samples_.byteSize() + sampled_.byteSize() + position_.byteSize()
+      + ghosts_.byteSize() + ghostLabel_.byteSize()
       + normal_.byteSize() + width_.byteSize() + rArea_.byteSize()
       + cellBoxes_.size()*label(sizeof(boundBox) + sizeof(label));
 }

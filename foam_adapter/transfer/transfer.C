@@ -7,7 +7,6 @@ License
 \*---------------------------------------------------------------------------*/
 
 #include "transfer.H"
-#include "emptyPolyPatch.H"
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
@@ -27,6 +26,73 @@ Foam::scalar Foam::periFoam::transfer::faceVelocity
 }
 
 
+void Foam::periFoam::transfer::sampleFaces
+(
+    const surfaceScalarField& phi,
+    const bool midpoint
+)
+{
+    const labelList& label = samples_.sampled();
+    const DynamicList<scalar>& rArea = samples_.rArea();
+    velocity_.resize(label.size());
+    forAll(label, i)
+    {
+        velocity_[i] =
+            label[i] < 0 ? 0 : faceVelocity(phi, label[i])*rArea[i];
+    }
+    if (midpoint)
+    {
+        const surfaceScalarField& old = phi.oldTime();
+        forAll(label, i)
+        {
+            if (label[i] >= 0)
+            {
+                velocity_[i] =
+                    (velocity_[i] + faceVelocity(old, label[i])*rArea[i])/2;
+            }
+        }
+    }
+}
+
+
+void Foam::periFoam::transfer::sampleCells
+(
+    const volVectorField& U,
+    const bool midpoint
+)
+{
+    const labelList& label = samples_.sampled();
+    velocity_.resize(3*label.size());
+    forAll(label, i)
+    {
+        if (label[i] < 0)
+        {
+            continue;
+        }
+        const vector v
+        (
+            midpoint
+          ? (U[label[i]] + U.oldTime()[label[i]])/2
+          : U[label[i]]
+        );
+        for (direction a = 0; a < 3; ++a)
+        {
+            velocity_[3*i + a] = v[a];
+        }
+    }
+}
+
+
+void Foam::periFoam::transfer::share(sampleExchange& samples)
+{
+    if (samples.update())
+    {
+        smallestWidth_ = min(samples_.smallestWidth(), cells_.smallestWidth());
+        reduce(smallestWidth_, minOp<scalar>());
+    }
+}
+
+
 // * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
 
 Foam::periFoam::transfer::transfer
@@ -37,101 +103,42 @@ Foam::periFoam::transfer::transfer
 )
 :
     mesh_(mesh),
-    longestWalk_
+    locator_(mesh),
+    halo_(halo::needed(mesh) ? new halo(mesh, k.halfWidth) : nullptr),
+    samples_
     (
-        3*Foam::pow(scalar(mesh.nCells()), 1./mesh.nGeometricD())
+        mesh, k, faceFlux ? stencils::FACES : stencils::CELLS, halo_.get()
     ),
-    samples_(mesh, k, faceFlux ? stencils::FACES : stencils::CELLS),
-    cells_(mesh, k, stencils::CELLS)
-{}
+    cells_(mesh, k, stencils::CELLS, halo_.get()),
+    smallestWidth_(GREAT)
+{
+    if (halo_.valid())
+    {
+        hosting_.reset(new hosting(mesh, locator_, halo_.get(), &samples_));
+        sampleExchange_.reset(new sampleExchange(mesh, halo_(), samples_));
+        cellExchange_.reset(new sampleExchange(mesh, halo_(), cells_));
+    }
+}
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
 
-Foam::label Foam::periFoam::transfer::walk
-(
-    const point& x,
-    label celli
-) const
+Foam::autoPtr<Foam::periFoam::hosting>
+Foam::periFoam::transfer::newHosting() const
 {
-    const vectorField& centre = mesh_.faceCentres();
-    const vectorField& area = mesh_.faceAreas();
-    const labelList& owner = mesh_.faceOwner();
-
-    label nearest = celli;
-    scalar gap = GREAT;
-    for (label step = 0; step < longestWalk_; ++step)
-    {
-        label exit = -1;
-        scalar farthest = 0;
-        for (const label facei : mesh_.cells()[celli])
-        {
-            const scalar height = ((x - centre[facei]) & area[facei]);
-            const scalar outwards = owner[facei] == celli ? height : -height;
-
-            // Round-off keeps a point on a face where it is. Faces of empty
-            // patches do not count: points keep to the plane by themselves
-            if
-            (
-                outwards > farthest
-             && outwards > 1e-12*mag(area[facei])*mag(x)
-             && (
-                    mesh_.isInternalFace(facei)
-                 || !isA<emptyPolyPatch>
-                    (
-                        mesh_.boundaryMesh()
-                        [mesh_.boundaryMesh().whichPatch(facei)]
-                    )
-                )
-            )
-            {
-                farthest = outwards;
-                exit = facei;
-            }
-        }
-        if (exit < 0)
-        {
-            return celli;
-        }
-        if (!mesh_.isInternalFace(exit))
-        {
-            return -1;
-        }
-        if (farthest < gap*mag(area[exit]))
-        {
-            gap = farthest/mag(area[exit]);
-            nearest = celli;
-        }
-        celli = owner[exit] == celli ? mesh_.faceNeighbour()[exit] : owner[exit];
-    }
-
-    // In circles: in a gap that warped faces leave between cells, or lost
-    return gap < 0.1*Foam::cbrt(mesh_.V()[nearest]) ? nearest : -1;
-}
-
-
-Foam::label Foam::periFoam::transfer::cellAt
-(
-    const point& x,
-    label celli
-) const
-{
-    celli = walk(x, celli);
-    if (celli < 0)
-    {
-        celli = mesh_.findCell(x, polyMesh::FACE_PLANES);
-    }
-    if (celli < 0)
-    {
-        // On a wall, but for round-off
-        celli = walk(x, mesh_.findNearestCell(x));
-    }
-    return celli;
+    return autoPtr<hosting>
+    (
+        new hosting(mesh_, locator_, halo_.get(), nullptr)
+    );
 }
 
 
 Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
 {
+    if (hosting_.valid())
+    {
+        return hosting_->locate(x);
+    }
     if (cell_.size() != x.size())
     {
         cell_.resize(x.size(), 0);
@@ -144,7 +151,7 @@ Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
         {
             continue;
         }
-        cell_[p] = cellAt(x[p], cell_[p]);
+        cell_[p] = locator_.cellAt(x[p], cell_[p]);
         if (cell_[p] < 0)
         {
             cell_[p] = 0;
@@ -157,7 +164,13 @@ Foam::label Foam::periFoam::transfer::locate(const UList<point>& x)
 
 void Foam::periFoam::transfer::weigh(const UList<point>& x)
 {
-    samples_.weigh(x, cell_, true, weights_);
+    if (!hosting_.valid())
+    {
+        samples_.weigh(x, cell_, true, weights_);
+        return;
+    }
+    samples_.weigh(hosting_->place(), hosting_->cell(), true, weights_);
+    share(sampleExchange_());
 }
 
 
@@ -168,46 +181,40 @@ void Foam::periFoam::transfer::sample
     const bool midpoint
 )
 {
-    const labelList& label = samples_.sampled();
-    if (!faces())
+    if (faces())
     {
-        velocity_.resize(3*label.size());
-        forAll(label, i)
-        {
-            const vector v
-            (
-                midpoint
-              ? (U[label[i]] + U.oldTime()[label[i]])/2
-              : U[label[i]]
-            );
-            for (direction a = 0; a < 3; ++a)
-            {
-                velocity_[3*i + a] = v[a];
-            }
-        }
+        sampleFaces(phi, midpoint);
+    }
+    else
+    {
+        sampleCells(U, midpoint);
+    }
+    if (!sampleExchange_.valid())
+    {
         return;
     }
-    velocity_.resize(label.size());
-    const DynamicList<scalar>& rArea = samples_.rArea();
-    forAll(label, i)
+    if (faces())
     {
-        velocity_[i] = faceVelocity(phi, label[i])*rArea[i];
+        sampleExchange_->fill(velocity_);
     }
-    if (midpoint)
+    else
     {
-        const surfaceScalarField& old = phi.oldTime();
-        forAll(label, i)
-        {
-            velocity_[i] =
-                (velocity_[i] + faceVelocity(old, label[i])*rArea[i])/2;
-        }
+        UList<vector> v(vectors(velocity_));
+        sampleExchange_->fill(v);
     }
 }
 
 
 void Foam::periFoam::transfer::interpolate(UList<vector>& u) const
 {
-    samples_.gather(weights_, velocity_, u);
+    if (!hosting_.valid())
+    {
+        samples_.gather(weights_, velocity_, u);
+        return;
+    }
+    List<vector> ofGuests(hosting_->place().size());
+    samples_.gather(weights_, velocity_, ofGuests);
+    hosting_->toOwners(ofGuests, u);
 }
 
 
@@ -215,7 +222,22 @@ void Foam::periFoam::transfer::spread(const UList<vector>& force)
 {
     force_.resize((faces() ? 1 : 3)*samples_.sampled().size());
     force_ = 0;
-    samples_.scatter(weights_, force, force_);
+    if (!hosting_.valid())
+    {
+        samples_.scatter(weights_, force, force_);
+        return;
+    }
+    samples_.scatter(weights_, hosting_->toHosts(force), force_);
+    if (faces())
+    {
+        sampleExchange_->gather(force_);
+        sampleExchange_->carryBehind(force_);
+    }
+    else
+    {
+        UList<vector> f(vectors(force_));
+        sampleExchange_->gather(f);
+    }
 }
 
 
@@ -226,31 +248,29 @@ void Foam::periFoam::transfer::spreadAmount
     scalarField& cellSum
 )
 {
-    DynamicList<point> place(x.size());
-    DynamicList<label> cell(x.size());
-    DynamicList<scalar> inside(x.size());
-    label near = 0;
-    forAll(x, p)
-    {
-        const label celli = cellAt(x[p], near);
-        if (celli >= 0)
-        {
-            near = celli;
-            place.append(x[p]);
-            cell.append(celli);
-            inside.append(amount[p]);
-        }
-    }
+    autoPtr<hosting> hosts(newHosting());
+    hosts->locate(x);
     stencils::weights weight;
-    cells_.weigh(place, cell, false, weight);
+    cells_.weigh(hosts->place(), hosts->cell(), false, weight);
+    if (cellExchange_.valid())
+    {
+        share(cellExchange_());
+    }
     scalarField sum(cells_.sampled().size(), 0);
-    cells_.scatter(weight, inside, sum);
+    cells_.scatter(weight, hosts->toHosts(amount), sum);
+    if (cellExchange_.valid())
+    {
+        cellExchange_->gather(sum);
+    }
 
     cellSum.resize(mesh_.nCells());
     cellSum = 0;
     forAll(sum, i)
     {
-        cellSum[cells_.sampled()[i]] += sum[i];
+        if (cells_.sampled()[i] >= 0)
+        {
+            cellSum[cells_.sampled()[i]] += sum[i];
+        }
     }
 }
 
@@ -259,6 +279,10 @@ Foam::label Foam::periFoam::transfer::bytes() const
 {
     return
         samples_.bytes() + cells_.bytes()
+      + (halo_.valid() ? halo_->bytes() : 0)
+      + (hosting_.valid() ? hosting_->bytes() : 0)
+      + (sampleExchange_.valid() ? sampleExchange_->bytes() : 0)
+      + (cellExchange_.valid() ? cellExchange_->bytes() : 0)
       + velocity_.byteSize() + force_.byteSize() + cell_.byteSize()
       + weights_.stencil.byteSize() + weights_.first.byteSize()
       + weights_.w.byteSize();
