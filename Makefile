@@ -248,10 +248,10 @@ UNIT_PROGRAMS = $(UNIT_TESTS:%=build/tests/%)
 UNIT_OBJECTS = $(UNIT_TESTS:%=build/objects/tests/unit/%.o)
 PARALLEL_PROGRAMS = $(PARALLEL_TESTS:%=build/parallel/%)
 PARALLEL_OBJECTS = $(PARALLEL_TESTS:%=build/objects/tests/parallel/%.o)
-TRANSFER_OBJECT = build/objects/tests/transfer/testTransfer.o
-TEST_APPLICATIONS = build/bin/testTransfer
+TRANSFER_OBJECTS = $(TEST_APPLICATIONS:build/bin/%=build/objects/tests/transfer/%.o)
+TEST_APPLICATIONS = build/bin/testTransfer build/bin/testRanks
 
-.SECONDARY: $(UNIT_OBJECTS) $(PARALLEL_OBJECTS)
+.SECONDARY: $(UNIT_OBJECTS) $(PARALLEL_OBJECTS) $(TRANSFER_OBJECTS)
 
 build/objects/tests/%.o: tests/%.c Makefile
 	@mkdir -p $(@D)
@@ -276,7 +276,7 @@ build/objects/tests/%.o: tests/%.C Makefile .cache/openfoam.mk
 	@mkdir -p $(@D)
 	$(call brief,CXX)$(CXX) $(ADAPTER_CXXFLAGS) -c -o $@ $<
 
-build/bin/testTransfer: $(TRANSFER_OBJECT) lib/libperiFoam.so
+$(TEST_APPLICATIONS): build/bin/%: build/objects/tests/transfer/%.o lib/libperiFoam.so
 	@mkdir -p $(@D)
 	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../../lib' $(ADAPTER_LDFLAGS) \
 	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
@@ -381,4 +381,5 @@ help:
 	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
 
 -include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECT:.o=.d) \
-    $(UNIT_OBJECTS:.o=.d) $(PARALLEL_OBJECTS:.o=.d) $(BENCH_OBJECTS:.o=.d) $(TRANSFER_OBJECT:.o=.d)
+    $(UNIT_OBJECTS:.o=.d) $(PARALLEL_OBJECTS:.o=.d) $(BENCH_OBJECTS:.o=.d) \
+    $(TRANSFER_OBJECTS:.o=.d)

@@ -96,7 +96,9 @@ Foam::periFoam::sampleExchange::sampleExchange
     samples_(samples),
     knownSamples_(0),
     knownGhosts_(0)
-{}
+{
+    mesh.weights(); // made by all ranks together, or they wait for each other
+}
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
