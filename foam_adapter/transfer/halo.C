@@ -741,6 +741,21 @@ Foam::vector Foam::periFoam::halo::normalOf(const vector& area, scalar& sign)
 }
 
 
+Foam::labelVector Foam::periFoam::halo::turnsInto(const point& x) const
+{
+    labelVector turns(Zero);
+    if (!mesh_.bounds().contains(x))
+    {
+        const vector arm(mesh_.bounds().midpoint() - x);
+        for (label i = 0; i < nPeriods_; ++i)
+        {
+            turns[i] = std::lround((arm & periods_[i])/magSqr(periods_[i]));
+        }
+    }
+    return turns;
+}
+
+
 Foam::label Foam::periFoam::halo::bytes() const
 {
     return

@@ -29,7 +29,6 @@ void Foam::periFoam::hosting::pack(const guest& g, parcel& to)
     for (direction a = 0; a < 3; ++a)
     {
         to.labels.append(g.turns[a]);
-        to.labels.append(g.settled[a]);
     }
     to.add(g.place);
 }
@@ -47,7 +46,6 @@ Foam::periFoam::hosting::guest Foam::periFoam::hosting::unpack
     for (direction a = 0; a < 3; ++a)
     {
         g.turns[a] = from.getLabel();
-        g.settled[a] = from.getLabel();
     }
     g.place = from.getVector();
     return g;
@@ -69,7 +67,6 @@ bool Foam::periFoam::hosting::settle(guest& g, changes& c) const
         if (w.cell >= 0)
         {
             g.cell = w.cell;
-            g.settled = g.turns;
             return true;
         }
         if (w.exit < 0 || !halo_->coupled(w.exit))
@@ -99,8 +96,11 @@ void Foam::periFoam::hosting::start(const UList<point>& x, changes& c)
     guests_.clear();
     forAll(x, p)
     {
-        const labelVector none(Zero);
-        guest g{Pstream::myProcNo(), p, x[p], none, none, c.near};
+        const labelVector turns(halo_->turnsInto(x[p]));
+        guest g
+        {
+            Pstream::myProcNo(), p, x[p] + halo_->shift(turns), turns, c.near
+        };
         if (mesh_.nCells() == 0)
         {
             c.strays.append(g);
@@ -179,10 +179,14 @@ void Foam::periFoam::hosting::travel(changes& c)
 }
 
 
-Foam::List<Foam::labelVector> Foam::periFoam::hosting::images() const
+Foam::List<Foam::labelVector> Foam::periFoam::hosting::images
+(
+    const guest& g
+) const
 {
+    // The box around the mesh may be larger than a period
     DynamicList<labelVector> all;
-    all.append(labelVector(Zero));
+    all.append(halo_->turnsInto(g.place - halo_->shift(g.turns)));
     for (label i = 0; i < halo_->nPeriods(); ++i)
     {
         for (label n = all.size(), k = 0; k < n; ++k)
@@ -190,7 +194,7 @@ Foam::List<Foam::labelVector> Foam::periFoam::hosting::images() const
             for (const label turn : {-1, 1})
             {
                 labelVector image(all[k]);
-                image[i] = turn;
+                image[i] += turn;
                 all.append(image);
             }
         }
@@ -204,17 +208,14 @@ Foam::List<Foam::periFoam::hosting::answer> Foam::periFoam::hosting::ask
     const DynamicList<guest>& strays
 ) const
 {
-    const List<labelVector> shifts(images());
     List<parcel> questions(Pstream::nProcs());
     forAll(strays, i)
     {
         const guest& g = strays[i];
-        forAll(shifts, image)
+        const List<labelVector> turns(images(g));
+        forAll(turns, image)
         {
-            const point x
-            (
-                g.place + halo_->shift(g.settled + shifts[image] - g.turns)
-            );
+            const point x(g.place + halo_->shift(turns[image] - g.turns));
             forAll(questions, rank)
             {
                 boundBox box(halo_->rankBox(rank));
@@ -282,7 +283,6 @@ void Foam::periFoam::hosting::search(changes& c)
         complete_ = true;
         return;
     }
-    const List<labelVector> shifts(images());
     const List<answer> best(ask(c.strays));
     List<parcel> found(Pstream::nProcs());
     forAll(c.strays, i)
@@ -293,10 +293,9 @@ void Foam::periFoam::hosting::search(changes& c)
             c.lost.append(g);
             continue;
         }
-        const labelVector turns(g.settled + shifts[best[i].image]);
+        const labelVector turns(images(g)[best[i].image]);
         g.place += halo_->shift(turns - g.turns);
         g.turns = turns;
-        g.settled = turns;
         g.cell = best[i].cell;
         pack(g, found[best[i].rank]);
     }
@@ -369,8 +368,7 @@ void Foam::periFoam::hosting::locateAlone(const UList<point>& x)
         near = celli;
         pointsTo_.give(0, p);
         pointsTo_.take(0, label(guests_.size()));
-        const labelVector none(Zero);
-        guests_.push_back(guest{0, p, x[p], none, none, celli});
+        guests_.push_back(guest{0, p, x[p], labelVector(Zero), celli});
     }
 }
 

@@ -38,8 +38,8 @@ namespace
 {
 
 // Sums in another order, and weights that are solved for: these lose as many
-// digits as the condition of the fit has, up to four next to walls
-constexpr scalar rounding = 1e-11;
+// digits as the condition of the fit has, up to five next to walls
+constexpr scalar rounding = 1e-10;
 
 constexpr label nPoints = 120;
 constexpr label nSteps = 24;
