@@ -7,6 +7,7 @@ License
 \*---------------------------------------------------------------------------*/
 
 #include "stencils.H"
+#include "coupledPolyPatch.H"
 #include "emptyPolyPatch.H"
 #include "wedgePolyPatch.H"
 #include "HashSet.H"
@@ -293,7 +294,9 @@ bool Foam::periFoam::stencils::usable(const label facei) const
         return true;
     }
     const polyPatch& patch = mesh_.boundaryMesh()[patchi];
-    if (patch.coupled())
+
+    // The geometry of cyclicAMI does not call itself coupled
+    if (isA<coupledPolyPatch>(patch))
     {
         FatalErrorInFunction
             << "a body is within a kernel's reach of patch " << patch.name()
