@@ -492,12 +492,10 @@ void Foam::functionObjects::peridynamics::place(const char* when)
             position_[start++] = body.position(p);
         }
     }
-    // All ranks locate, also one that knows of a point far off
     label lost = firstFarOff();
-    if (lost < 0 || Pstream::parRun())
+    if (returnReduce(lost < 0, andOp<bool>()))
     {
-        const label outside = transfer_->locate(position_);
-        lost = lost < 0 ? outside : lost;
+        lost = transfer_->locate(position_);
     }
     failure f{-1, -1, ""};
     if (lost >= 0)

@@ -749,7 +749,8 @@ Foam::labelVector Foam::periFoam::halo::turnsInto(const point& x) const
         const vector arm(mesh_.bounds().midpoint() - x);
         for (label i = 0; i < nPeriods_; ++i)
         {
-            turns[i] = std::lround((arm & periods_[i])/magSqr(periods_[i]));
+            const scalar n = (arm & periods_[i])/magSqr(periods_[i]);
+            turns[i] = mag(n) < 1e6 ? std::lround(n) : 0; // else lost
         }
     }
     return turns;
