@@ -63,6 +63,7 @@ ADAPTER_SOURCES = \
     foam_adapter/solidBody/moveBody.C \
     foam_adapter/motion/motion.C \
     foam_adapter/scene/scene.C \
+    foam_adapter/checkpoints/checkpoints.C \
     foam_adapter/report/report.C \
     foam_adapter/bodyFields/bodyFields.C \
     foam_adapter/solidRun/solidRun.C \
@@ -93,12 +94,14 @@ UNIT_TESTS = \
 
 # One program each, tests/parallel/<name>.c, run on several ranks.
 PARALLEL_TESTS = \
+    test_bodies \
     test_files
 
 # One program each, pd_solver/bench/<name>.c.
 BENCHES = \
     bench_forces \
     bench_files \
+    bench_ranks \
     bench_machine
 
 # --- OpenFOAM ---------------------------------------------------------------------------
@@ -196,11 +199,12 @@ PD_OBJECTS += $(PD_KERNELS:%.c=build/objects/%.avx2.o) $(PD_KERNELS:%.c=build/ob
 endif
 ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
 
-APPLICATION_OBJECT = build/objects/foam_adapter/applications/periSolidFoam/periSolidFoam.o
+APPLICATIONS = periSolidFoam periResume
+APPLICATION_OBJECTS = $(foreach a,$(APPLICATIONS),build/objects/foam_adapter/applications/$a/$a.o)
 
 library: lib/libpd.a lib/libpd.so
 adapter: lib/libperiFoam.so
-applications: bin/periSolidFoam
+applications: $(APPLICATIONS:%=bin/%)
 
 # On the Makefile too: a source may have left the list, a flag may have changed.
 lib/libpd.a: $(PD_OBJECTS) Makefile
@@ -218,7 +222,8 @@ lib/libperiFoam.so: $(ADAPTER_OBJECTS) lib/libpd.a Makefile
 	$(call brief,LD)$(CXX) -shared -Wl,-soname,$(@F) -Wl,-z,defs -o $@ $(ADAPTER_OBJECTS) \
 	    lib/libpd.a $(ADAPTER_LDFLAGS) $(FOAM_LIBS) $(MPI_LINK) $(PD_LIBS)
 
-bin/periSolidFoam: $(APPLICATION_OBJECT) lib/libperiFoam.so Makefile
+.SECONDEXPANSION:
+bin/%: build/objects/foam_adapter/applications/$$*/$$*.o lib/libperiFoam.so Makefile
 	@mkdir -p $(@D)
 	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../lib' $(ADAPTER_LDFLAGS) \
 	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
@@ -365,7 +370,7 @@ distclean: clean
 
 help:
 	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so;'
-	@echo '                     application bin/periSolidFoam'
+	@echo '                     applications bin/periSolidFoam, bin/periResume'
 	@echo 'make library         the C library alone, which needs no OpenFOAM'
 	@echo 'make bootstrap       install what a build needs (scripts/bootstrap build)'
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
@@ -380,6 +385,6 @@ help:
 	@echo
 	@echo 'Variables: CC CXX AR OPTIMISE WERROR CFLAGS_EXTRA CXXFLAGS_EXTRA LDFLAGS_EXTRA V'
 
--include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECT:.o=.d) \
+-include $(PD_OBJECTS:.o=.d) $(ADAPTER_OBJECTS:.o=.d) $(APPLICATION_OBJECTS:.o=.d) \
     $(UNIT_OBJECTS:.o=.d) $(PARALLEL_OBJECTS:.o=.d) $(BENCH_OBJECTS:.o=.d) \
     $(TRANSFER_OBJECTS:.o=.d)

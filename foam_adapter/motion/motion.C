@@ -9,6 +9,19 @@ License
 #include "motion.H"
 #include "quaternion.H"
 
+// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
+
+namespace
+{
+
+const Foam::wordList keptNames
+({
+    "start", "time", "moved_x", "moved_y", "moved_z"
+});
+
+} // End anonymous namespace
+
+
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
 void Foam::periFoam::motion::readAxes
@@ -154,6 +167,37 @@ void Foam::periFoam::motion::moveTo(const scalar time)
         turned_ = quaternion(axis_, angle_->value(time)).R();
     }
     time_ = time;
+}
+
+
+void Foam::periFoam::motion::keep(notes& all) const
+{
+    const scalar values[] =
+        {start_, time_, moved_.x(), moved_.y(), moved_.z()};
+    forAll(keptNames, k)
+    {
+        all.number("motion." + name_ + "." + keptNames[k], values[k]);
+    }
+}
+
+
+void Foam::periFoam::motion::expect(notes& all) const
+{
+    for (const word& kept : keptNames)
+    {
+        all.number("motion." + name_ + "." + kept);
+    }
+}
+
+
+void Foam::periFoam::motion::resume(const notes& all, label& next)
+{
+    start_ = all.numberAt(next++);
+    time_ = all.numberAt(next++);
+    for (direction a = 0; a < 3; ++a)
+    {
+        moved_[a] = all.numberAt(next++);
+    }
 }
 
 

@@ -394,7 +394,7 @@ Foam::functionObjects::peridynamics::estimateStableStep() const
             continue;
         }
         const scalar omega =
-            kernel_->steepest*body.waveSpeed()/transfer_->smallestWidth();
+            kernel_->steepest*body.waveSpeed()/smallestWidth_;
         step = min(step, min(1/omega, body.springStep(rhoInf_)));
     }
     reduce(step, minOp<scalar>()); // some ranks have no moving points
@@ -637,8 +637,8 @@ void Foam::functionObjects::peridynamics::finishStep()
     }
     if (transfer_->smallestWidth() < smallestWidth_)
     {
-        stableStep_ = estimateStableStep(); // a body met finer cells
-        smallestWidth_ = transfer_->smallestWidth();
+        smallestWidth_ = transfer_->smallestWidth(); // a body met finer cells
+        stableStep_ = estimateStableStep();
     }
     forAll(bodies_, i)
     {
@@ -713,12 +713,43 @@ void Foam::functionObjects::peridynamics::fail(const failure& f)
         time.setTime(doneTime_, doneIndex_);
         time.writeNow();
         writeFields();
-        kept = "the last good state is written to " + time.timeName();
+        kept =
+            "the last good state is written to " + time.timeName()
+          + ", to be looked at; periResume tells where to go on";
     }
     OStringStream rest;
     rest<< "Stable step " << stableStep_ << " s, deltaT "
         << time_.deltaTValue() << " s; " << kept.c_str();
     report_->fail(f.bodyi, f.meshCell, f.cause, step, when, rest.str());
+}
+
+
+void Foam::functionObjects::peridynamics::keepState()
+{
+    periFoam::notes all;
+    all.number("time", time_.value());
+    all.integer("step", time_.timeIndex());
+    all.number("smallestWidth", smallestWidth_);
+    scene_.save(all);
+}
+
+
+bool Foam::functionObjects::peridynamics::resume()
+{
+    periFoam::notes all;
+    all.number("time");
+    all.integer("step");
+    all.number("smallestWidth");
+    if (!scene_.load(all))
+    {
+        return false;
+    }
+    // To the last bit, which the name of the time does not have
+    const_cast<Time&>(time_).setTime(all.numberAt(0), label(all.integerAt(1)));
+    askedIndex_ = doneIndex_ = time_.timeIndex();
+    doneTime_ = time_.value();
+    smallestWidth_ = all.numberAt(2);
+    return true;
 }
 
 
@@ -802,9 +833,9 @@ Foam::functionObjects::peridynamics::peridynamics
     readCoupling();
     checkSolver();
     readBodies();
-    scene_.checkStart();
     checkPlaces();
     buildHolds();
+    const bool resumed = resume();
     place("before the first step");
     transfer_->weigh(position_);
     transfer_->sample(U(), phi(), false);
@@ -813,8 +844,8 @@ Foam::functionObjects::peridynamics::peridynamics
     {
         bodies_[i].setVelocity(ofBody(velocity_, i));
     }
+    smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
     stableStep_ = estimateStableStep();
-    smallestWidth_ = transfer_->smallestWidth();
     checkStep(time_.isAdjustTimeStep());
     appendSource();
     keepOldFields();
@@ -826,7 +857,10 @@ Foam::functionObjects::peridynamics::peridynamics
         )
     );
     announce();
-    writeFields();
+    if (!resumed)
+    {
+        writeFields();
+    }
     wall_.start();
 }
 
@@ -942,7 +976,7 @@ bool Foam::functionObjects::peridynamics::execute()
     finishStep();
 
     stopwatch watch(wall_, OUTPUT);
-    const label step = time_.timeIndex() - time_.startTimeIndex();
+    const label step = time_.timeIndex();
     if (step % outputInterval_ == 0)
     {
         report_->writeRows(stableStep_);
@@ -965,6 +999,7 @@ bool Foam::functionObjects::peridynamics::write()
     {
         stopwatch watch(wall_, OUTPUT);
         writeFields();
+        keepState();
     }
     return true;
 }

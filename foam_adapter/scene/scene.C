@@ -186,30 +186,65 @@ void Foam::periFoam::scene::readBodies
 }
 
 
-void Foam::periFoam::scene::checkStart() const
+bool Foam::periFoam::scene::wasWritten() const
 {
+    bool written = false;
     for (const solidBody& body : bodies_)
     {
-        for
-        (
-            const fileName& then :
-            {
-                time_.timePath()/"lagrangian"/body.name()/"displacement",
-                time_.timePath()/body.name()/"displacement"
-            }
-        )
-        {
-            if (time_.startTimeIndex() > 0 && isFile(then))
-            {
-                FatalIOErrorInFunction(time_.controlDict())
-                    << "the run starts at " << time_.timeName() << ", where "
-                    << then << " holds the body " << body.name()
-                    << "; allowed: a start from time 0, or from a flow without"
-                    << " bodies (this version does not continue a run of"
-                    << " bodies)" << exit(FatalIOError);
-            }
-        }
+        written =
+            written
+         || isFile(time_.timePath()/"lagrangian"/body.name()/"displacement")
+         || isFile(time_.timePath()/body.name()/"displacement");
     }
+    return returnReduce(written, orOp<bool>());
+}
+
+
+void Foam::periFoam::scene::save(const notes& all)
+{
+    const fileName folder(checkpoints::pathNow(time_));
+    if (Pstream::master())
+    {
+        mkDir(folder);
+    }
+    for (solidBody& body : bodies_)
+    {
+        body.keepState(folder, all);
+    }
+}
+
+
+bool Foam::periFoam::scene::load(notes& all)
+{
+    if (time_.startTimeIndex() == 0 && time_.value() == 0)
+    {
+        return false;
+    }
+    const fileName folder(checkpoints::pathNow(time_));
+    const wordList bodies(bodyNames());
+    label there = checkpoints::bodiesIn(folder, bodies).size();
+    Pstream::scatter(there);
+    if (there == 0 && !wasWritten())
+    {
+        return false; // a flow without bodies so far
+    }
+    if (there < bodies.size())
+    {
+        FatalIOErrorInFunction(time_.controlDict())
+            << "the run starts at " << time_.timeName() << ", where "
+            << there << " of the " << bodies.size() << " bodies left their"
+            << " state in " << folder << ", so that it is not known how they"
+            << " go on; allowed: time 0, a flow without bodies, or one of"
+            << " the times " << flatOutput(checkpoints::timesOf(time_, bodies))
+            << " (periResume sets later ones aside)" << exit(FatalIOError);
+    }
+    for (solidBody& body : bodies_)
+    {
+        notes ofBody(all);
+        body.resume(folder, ofBody);
+        std::copy(ofBody.data(), ofBody.data() + all.size(), all.data());
+    }
+    return true;
 }
 
 

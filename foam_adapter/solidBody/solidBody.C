@@ -440,6 +440,52 @@ Foam::periFoam::solidBody::pieces() const
 }
 
 
+void Foam::periFoam::solidBody::keepState(const fileName& folder, notes all)
+{
+    for (const motion& m : motions_)
+    {
+        m.keep(all);
+    }
+    const pd_status status = pd_checkpoint_save
+    (
+        body_, (folder/(name_ + ".h5")).c_str(), all.size(), all.data()
+    );
+    if (status.code != PD_OK)
+    {
+        FatalErrorInFunction
+            << "the state of body " << name_ << " could not be kept: "
+            << status.message << nl
+            << "    Earlier ones are as they were; periResume finds the last"
+            << exit(FatalError);
+    }
+}
+
+
+void Foam::periFoam::solidBody::resume(const fileName& folder, notes& all)
+{
+    label next = all.size();
+    for (const motion& m : motions_)
+    {
+        m.expect(all);
+    }
+    const pd_status status = pd_checkpoint_load
+    (
+        body_, (folder/(name_ + ".h5")).c_str(), all.size(), all.data()
+    );
+    if (status.code != PD_OK)
+    {
+        FatalIOErrorInFunction(dict_.dict())
+            << "the body " << name_ << " cannot continue: " << status.message
+            << exit(FatalIOError);
+    }
+    for (motion& m : motions_)
+    {
+        m.resume(all, next);
+    }
+    keep();
+}
+
+
 Foam::scalar Foam::periFoam::solidBody::springStep(const scalar rho) const
 {
     // Midpoint rule for an oscillator, omega^2 = k/rho: stable below 2/omega;

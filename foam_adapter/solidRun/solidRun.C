@@ -160,6 +160,23 @@ void Foam::periFoam::solidRun::begin()
 }
 
 
+bool Foam::periFoam::solidRun::resume()
+{
+    notes all;
+    all.number("time");
+    all.integer("step");
+    if (!scene_.load(all))
+    {
+        return false;
+    }
+    // To the last bit, which the name of the time does not have
+    time_.setTime(all.numberAt(0), label(all.integerAt(1)));
+    doneIndex_ = time_.timeIndex();
+    doneTime_ = time_.value();
+    return true;
+}
+
+
 void Foam::periFoam::solidRun::checkStep() const
 {
     const scalar deltaT = time_.deltaTValue(), limit = maxStep_*stableStep_;
@@ -251,7 +268,7 @@ void Foam::periFoam::solidRun::relax(const label bodyi)
 void Foam::periFoam::solidRun::tell()
 {
     stopwatch watch(wall_, OUTPUT);
-    const label step = time_.timeIndex() - time_.startTimeIndex();
+    const label step = time_.timeIndex();
     const bool last =
         time_.value() >= time_.endTime().value() - 0.5*time_.deltaTValue();
     if (step % outputInterval_ == 0 || last)
@@ -284,6 +301,13 @@ void Foam::periFoam::solidRun::tell()
         writeFields();
     }
     time_.write();
+    if (time_.writeTime())
+    {
+        notes all;
+        all.number("time", time_.value());
+        all.integer("step", time_.timeIndex());
+        scene_.save(all);
+    }
 }
 
 
@@ -322,7 +346,8 @@ void Foam::periFoam::solidRun::fail
         time_.writeNow();
         writeFields();
         rest<< "the last good state is written to "
-            << time_.timeName().c_str();
+            << time_.timeName().c_str()
+            << ", to be looked at; periResume tells where to go on";
     }
     else
     {
@@ -351,24 +376,30 @@ Foam::periFoam::solidRun::solidRun(Time& time)
     dropCouplings();
     readIntegration();
     scene_.readBodies(nullptr, densityOfCoupling());
-    scene_.checkStart();
     if (integrator_)
     {
-        stableStep_ = estimateStableStep();
+        stableStep_ = estimateStableStep(); // at rest, whatever broke since
+    }
+    else
+    {
+        refuseHistories();
+    }
+    const bool resumed = resume();
+    if (integrator_)
+    {
         if (!time_.isAdjustTimeStep())
         {
             checkStep();
         }
         setDeltaT(); // before the first run(), which compares it with endTime
     }
-    else
-    {
-        refuseHistories();
-    }
     report_.reset(new report(scene_, time_, "solid", "periSolidFoam", wall_));
     announce();
-    begin();
-    writeFields();
+    if (!resumed)
+    {
+        begin();
+        writeFields();
+    }
     wall_.start();
 }
 

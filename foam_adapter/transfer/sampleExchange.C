@@ -69,16 +69,39 @@ void Foam::periFoam::sampleExchange::findBehind()
                 [facei - patches[patchi].start()]
         );
         cells[behind.rank].labels.append(behind.index);
+        cells[behind.rank].labels.append(facei);
     }
     const List<parcel> arrived(deliver(cells));
     forAll(arrived, rank)
     {
-        for (const Foam::label celli : arrived[rank].labels)
+        const DynamicList<Foam::label>& told = arrived[rank].labels;
+        for (Foam::label i = 0; i < told.size(); i += 2)
         {
             forcesBehind_.take(rank, cellBehind_.size());
-            cellBehind_.append(celli);
+            cellBehind_.append(told[i]);
+            faceBehind_.append(labelPair(rank, told[i + 1]));
         }
     }
+    leavingOrder_ = identity(coupled_.size());
+    std::sort
+    (
+        leavingOrder_.begin(),
+        leavingOrder_.end(),
+        [&](const Foam::label a, const Foam::label b)
+        {
+            return label[coupled_[a]] < label[coupled_[b]];
+        }
+    );
+    arrivingOrder_ = identity(cellBehind_.size());
+    std::sort
+    (
+        arrivingOrder_.begin(),
+        arrivingOrder_.end(),
+        [&](const Foam::label a, const Foam::label b)
+        {
+            return faceBehind_[a] < faceBehind_[b];
+        }
+    );
 }
 
 

@@ -453,7 +453,7 @@ void Foam::periFoam::stencils::collect
         const bool holds = type_ == CELLS && inReach(here);
         if (holds)
         {
-            found.append(compactOf(here));
+            found.append(here);
         }
         facesOf(here, faces);
         for (const halo::cellFace& f : faces)
@@ -464,7 +464,7 @@ void Foam::periFoam::stencils::collect
             }
             if (type_ == FACES && inReach(f.face) && usable(f.face))
             {
-                found.append(compactOf(f.face));
+                found.append(f.face);
             }
             if (f.across < 0)
             {
@@ -483,7 +483,23 @@ void Foam::periFoam::stencils::collect
             }
         }
     }
+    // By label, not in the order of meeting, so that sums do not depend on what
+    // came before: a run that was interrupted goes on to the last bit
     sort(found);
+    for (label& sample : found)
+    {
+        sample = compactOf(sample);
+    }
+}
+
+
+const Foam::labelList& Foam::periFoam::stencils::order() const
+{
+    if (order_.size() != sampled_.size())
+    {
+        sortedOrder(sampled_, order_);
+    }
+    return order_;
 }
 
 

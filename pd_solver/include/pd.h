@@ -316,6 +316,16 @@ PD_API pd_status pd_body_protect(pd_body *body, const unsigned char *protect);
 /* Set the dead load: force density b[n_owned][d] (N/m3), copied; NULL removes it. */
 PD_API pd_status pd_body_load(pd_body *body, const double *b);
 
+/* What this rank and its neighbours tell each other. */
+typedef struct {
+    int neighbours;       /* ranks */
+    pd_local ghosts;      /* points of theirs that stand here */
+    pd_local sent;        /* places of our points in the messages to them */
+    int64_t bytes, calls; /* that were sent, and exchanges, since the body was made */
+} pd_traffic;
+
+PD_API pd_traffic pd_body_traffic(const pd_body *body);
+
 /* The arrays of a body. */
 PD_API pd_body_view pd_body_fields(const pd_body *body);
 PD_API const pd_body_options *pd_body_settings(const pd_body *body);

@@ -596,6 +596,18 @@ pd_body_view pd_body_fields(const pd_body *b)
     };
 }
 
+pd_traffic pd_body_traffic(const pd_body *b)
+{
+    const pd_halo *h = b->halo;
+    if (!h)
+        return (pd_traffic){0};
+    return (pd_traffic){.neighbours = h->n_partners,
+                        .ghosts = (pd_local)h->n_ghost,
+                        .sent = (pd_local)h->n_send,
+                        .bytes = h->bytes_sent,
+                        .calls = h->exchanges};
+}
+
 const pd_body_options *pd_body_settings(const pd_body *b)
 {
     return &b->options;

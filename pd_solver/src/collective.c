@@ -49,3 +49,17 @@ int64_t pd_count_before(MPI_Comm comm, int64_t value)
         MPI_Exscan(&value, &before, 1, MPI_INT64_T, MPI_SUM, comm);
     return pd_rank_of(comm) == 0 ? 0 : before; /* Exscan leaves that of rank 0 alone */
 }
+
+void pd_sum_all(MPI_Comm comm, double *values, size_t n)
+{
+    const size_t most = 1 << 28; /* MPI counts in int */
+    for (size_t k = 0; pd_ranks_of(comm) > 1 && k < n; k += most)
+        MPI_Allreduce(MPI_IN_PLACE, values + k, (int)(n - k < most ? n - k : most),
+                      MPI_DOUBLE, MPI_SUM, comm);
+}
+
+void pd_largest_all(MPI_Comm comm, double *values, int n)
+{
+    if (pd_ranks_of(comm) > 1)
+        MPI_Allreduce(MPI_IN_PLACE, values, n, MPI_DOUBLE, MPI_MAX, comm);
+}

@@ -17,6 +17,11 @@ pd_status pd_agree(MPI_Comm comm, pd_status status);
 /* Sums over all ranks, in place. Collective. */
 void pd_count_all(MPI_Comm comm, int64_t *values, int n);
 
+void pd_sum_all(MPI_Comm comm, double *values, size_t n);
+
+/* The largest of each of the ranks' values, in place. Collective. */
+void pd_largest_all(MPI_Comm comm, double *values, int n);
+
 /* The largest of the ranks' values. Collective. */
 int64_t pd_most_of_all(MPI_Comm comm, int64_t value);
 

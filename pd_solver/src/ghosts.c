@@ -390,14 +390,9 @@ static pd_status find_ghosts(search *s, int layers, bool any_held, pd_part *c)
 /* Numbers that are given, or made. */
 static pd_status number(MPI_Comm comm, int64_t n, pd_part *c)
 {
-    int64_t before = 0, all = n;
+    const int64_t before = pd_count_before(comm, n);
+    int64_t all = n;
     pd_count_all(comm, &all, 1);
-    if (comm != MPI_COMM_NULL) {
-        MPI_Exscan(&n, &before, 1, MPI_INT64_T, MPI_SUM, comm);
-        int rank;
-        MPI_Comm_rank(comm, &rank);
-        before = rank == 0 ? 0 : before;
-    }
     for (int64_t i = 0; c->id && i < n; i++)
         if (c->id[i] < 0 || c->id[i] >= all)
             return pd_status_fail(PD_BAD_ARGUMENT, c->id[i],
@@ -425,11 +420,11 @@ pd_status pd_part_create(MPI_Comm comm, int d, double ratio, int layers, size_t 
                     .held = held,
                     .id = id};
     PD_TRY(pd_agree(comm, number(comm, (int64_t)n, c)));
-    search s = {.comm = comm, .d = d, .ratio = ratio, .size = 1};
-    if (comm != MPI_COMM_NULL) {
-        MPI_Comm_rank(comm, &s.rank);
-        MPI_Comm_size(comm, &s.size);
-    }
+    search s = {.comm = comm,
+                .d = d,
+                .ratio = ratio,
+                .rank = pd_rank_of(comm),
+                .size = pd_ranks_of(comm)};
     if (s.size == 1)
         return pd_status_ok();
     double widest = 0;

@@ -77,6 +77,7 @@ void pd_halo_begin(pd_halo *h)
     if (!h)
         return;
     const size_t size = bytes_of(h);
+    h->exchanges++;
     for (int p = 0; p < h->n_partners; p++) {
         const pd_partner *to = &h->partner[p];
         MPI_Irecv(h->in + to->first_ghost * size, (int)(to->n_ghost * size), MPI_BYTE,
@@ -122,6 +123,7 @@ void pd_halo_sum(pd_halo *h, double *values, size_t width)
         return;
     const size_t size = width * sizeof *values;
     pd_halo_end(h);
+    h->exchanges++;
     for (int p = 0; p < h->n_partners; p++) {
         const pd_partner *to = &h->partner[p];
         char *out = h->out + to->first_ghost * size;
@@ -140,40 +142,4 @@ void pd_halo_sum(pd_halo *h, double *values, size_t width)
         for (size_t c = 0; c < width; c++)
             values[(size_t)h->send[k] * width + c] += part[c];
     }
-}
-
-/* ---- agreement ---- */
-
-pd_status pd_agree(MPI_Comm comm, pd_status status)
-{
-    if (comm == MPI_COMM_NULL)
-        return status;
-    int rank, none, first;
-    MPI_Comm_rank(comm, &rank);
-    MPI_Comm_size(comm, &none);
-    first = status.code == PD_OK ? none : rank;
-    MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm);
-    if (first < none)
-        MPI_Bcast(&status, (int)sizeof status, MPI_BYTE, first, comm);
-    return status;
-}
-
-void pd_sum_all(MPI_Comm comm, double *values, size_t n)
-{
-    const size_t most = 1 << 28; /* MPI counts in int */
-    for (size_t k = 0; comm != MPI_COMM_NULL && k < n; k += most)
-        MPI_Allreduce(MPI_IN_PLACE, values + k, (int)(n - k < most ? n - k : most),
-                      MPI_DOUBLE, MPI_SUM, comm);
-}
-
-void pd_count_all(MPI_Comm comm, int64_t *values, int n)
-{
-    if (comm != MPI_COMM_NULL)
-        MPI_Allreduce(MPI_IN_PLACE, values, n, MPI_INT64_T, MPI_SUM, comm);
-}
-
-void pd_largest_all(MPI_Comm comm, double *values, int n)
-{
-    if (comm != MPI_COMM_NULL)
-        MPI_Allreduce(MPI_IN_PLACE, values, n, MPI_DOUBLE, MPI_MAX, comm);
 }

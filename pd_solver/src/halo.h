@@ -1,16 +1,15 @@
 /*
- * What ranks tell each other about points, and agreement among them. The only messages of
- * a step; knows no mechanics.
+ * What ranks tell each other about points: with agreement (collective.h) the only messages
+ * of a step. Knows no mechanics.
  *
- * Every function takes NULL, or a communicator MPI_COMM_NULL, for a body in one piece: it
- * then does nothing and calls no MPI.
+ * Every function takes NULL for a body in one piece: it then does nothing and calls no MPI.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
 #ifndef PD_SRC_HALO_H
 #define PD_SRC_HALO_H
 
-#include "pd.h"
+#include "collective.h"
 
 /* A rank that has ghosts of our points, or points of which we have ghosts. */
 typedef struct {
@@ -38,7 +37,7 @@ typedef struct pd_halo {
     size_t capacity; /* bytes of a point that the buffers hold */
     char *out, *in;
     MPI_Request *request; /* [2 n_partners] */
-    int64_t bytes_sent;   /* since creation */
+    int64_t bytes_sent, exchanges; /* since creation */
 } pd_halo;
 
 void pd_halo_free(pd_halo *halo);
@@ -65,15 +64,5 @@ void pd_halo_copy(pd_halo *halo, void *values, size_t size);
 
 /* Add what ghosts have in values[n_local][width] to the points that they are copies of. */
 void pd_halo_sum(pd_halo *halo, double *values, size_t width);
-
-/* ---- agreement; collective ---- */
-
-/* The status of the lowest rank that failed, on all ranks. */
-pd_status pd_agree(MPI_Comm comm, pd_status status);
-
-/* Sums, and extremes, over all ranks, in place. */
-void pd_sum_all(MPI_Comm comm, double *values, size_t n);
-void pd_count_all(MPI_Comm comm, int64_t *values, int n);
-void pd_largest_all(MPI_Comm comm, double *values, int n);
 
 #endif

@@ -83,11 +83,11 @@ static pd_status fill_held(pd_body *b, double *values)
 
 static pd_status fill_piece(pd_body *b, double *values)
 {
-    pd_local *piece = malloc(((size_t)b->n_owned + 1) * sizeof *piece);
+    pd_global *piece = malloc(((size_t)b->n_owned + 1) * sizeof *piece);
     const pd_status status = pd_agree(
         b->comm, piece ? pd_status_ok() : pd_status_fail(PD_NO_MEMORY, -1, "pieces"));
     if (status.code == PD_OK) {
-        pd_body_pieces(b, piece);
+        pd_body_pieces(b, piece, NULL);
         for (pd_local i = 0; i < b->n_owned; i++)
             values[i] = (double)piece[i];
     }
