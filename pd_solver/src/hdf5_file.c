@@ -478,6 +478,7 @@ static pd_status create_in_hdf5(pd_file *f)
 {
     const hid_t access = access_properties(f), creation = H5Pcreate(H5P_FILE_CREATE);
     H5Pset_userblock(creation, PD_FILE_HEADER);
+    H5Pset_obj_track_times(creation, false);
     f->id = H5Fcreate(f->part, H5F_ACC_TRUNC, creation, access);
     H5Pclose(creation);
     H5Pclose(access);
@@ -687,6 +688,7 @@ static hid_t create_rows(const pd_file *f, const pd_rows_of *rows, int64_t count
     H5Pset_layout(creation, H5D_CONTIGUOUS);
     H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
     H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
+    H5Pset_obj_track_times(creation, false); /* the same state, the same bytes */
     const hid_t set = H5Dcreate2(f->id, rows->name, type_of(rows->cell, false), space,
                                  H5P_DEFAULT, creation, H5P_DEFAULT);
     H5Pclose(creation);

@@ -581,7 +581,7 @@ static void frequencies_bound_the_stiffness_point_by_point(void **state)
         pd_body *body = body_of_kind(kind);
         const pd_body_view view = pd_body_fields(body);
         double *u = malloc(size_of(body) * sizeof *u);
-        double *omega2 = malloc((size_t)view.n_moving * sizeof *omega2);
+        double *omega2 = malloc((size_t)view.n_local * sizeof *omega2);
         pd_body_settings(body)->formulation->frequency(body, omega2);
         const double highest = highest_square(body, omega2, u) / DENSITY;
         if (!(highest < 1 && highest > 0.2))
