@@ -217,9 +217,10 @@ lib/libpd.so: $(PD_OBJECTS) Makefile
 	    $(LDFLAGS_EXTRA) $(PD_LIBS)
 
 # With every symbol resolved: a library that does not load leaves a run uncoupled.
+# Never unloaded: at its end MPI calls HDF5, which has asked for that.
 lib/libperiFoam.so: $(ADAPTER_OBJECTS) lib/libpd.a Makefile
 	@mkdir -p $(@D)
-	$(call brief,LD)$(CXX) -shared -Wl,-soname,$(@F) -Wl,-z,defs -o $@ $(ADAPTER_OBJECTS) \
+	$(call brief,LD)$(CXX) -shared -Wl,-soname,$(@F) -Wl,-z,defs,-z,nodelete -o $@ $(ADAPTER_OBJECTS) \
 	    lib/libpd.a $(ADAPTER_LDFLAGS) $(FOAM_LIBS) $(MPI_LINK) $(PD_LIBS)
 
 .SECONDEXPANSION:
