@@ -295,7 +295,7 @@ test: all $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
 # What reads files, instrumented; the rest of the library as it is.
 FUZZ_SECONDS = $(or $(SECONDS),60)
 FUZZ_SOURCES = tests/fuzz/fuzz_checkpoint.c \
-    $(addprefix pd_solver/src/,checkpoint.c hdf5_file.c rows.c checksum.c collective.c status.c)
+    $(addprefix pd_solver/src/,checkpoint.c hdf5_file.c rows.c checksum.c collective.c halo.c status.c)
 
 build/fuzz/fuzz_checkpoint: $(FUZZ_SOURCES) lib/libpd.a
 	@mkdir -p $(@D)/corpus

@@ -143,8 +143,9 @@ typedef struct {
     int width;
     pd_local n;     /* of points: those in [0, n) have values */
     bool may_lack;  /* a file may be without it: then it is as in a new body */
-    double *values; /* [n][width]; of pairs: [pairs][width], pairs being the bonds of
-                       moving points to larger indices, point by point */
+    double *values; /* [n][width]; of pairs: [pairs][width], the bonds of moving points to
+                       larger indices and those of held points to moving ghosts, point by
+                       point */
 } pd_kept;
 
 #define PD_MAX_KEPT 8

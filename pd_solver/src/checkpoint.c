@@ -97,21 +97,16 @@ static int kept_of(pd_body *b, pd_kept *kept)
 
 /* ---- points and bonds ---- */
 
-static bool moves(const pd_body *b, pd_local i)
+/* Is the family of a point known on this rank? */
+static bool is_active(const pd_body *b, pd_local i)
 {
-    return i < b->n_moving;
+    return i < b->n_active || (i >= b->n_owned && i < b->near.active);
 }
 
-static bool has_family(const pd_body *b, pd_local i)
+/* Has the bond from i to j, of a point that keeps its family, a state here? */
+static bool is_pair(const pd_body *b, pd_local i, pd_local j)
 {
-    return i < b->n_active;
-}
-
-static pd_global all_points(const pd_body *b)
-{
-    int64_t n = b->n_owned;
-    pd_count_all(b->comm, &n, 1);
-    return n;
+    return is_held(b, i) ? j >= b->n_owned && !is_held(b, j) : j > i;
 }
 
 /* Call visit for every pair, see pd_kept, in order. */
@@ -120,9 +115,9 @@ typedef void visitor(void *context, size_t pair, pd_local i, pd_local j);
 static size_t visit_pairs(const pd_body *b, visitor *visit, void *context)
 {
     size_t pair = 0;
-    for (pd_local i = 0; i < b->n_moving; i++)
+    for (pd_local i = 0; i < b->n_active; i++)
         for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++)
-            if (b->families.neighbour[k] > i) {
+            if (is_pair(b, i, b->families.neighbour[k])) {
                 if (visit)
                     visit(context, pair, i, b->families.neighbour[k]);
                 pair++;
@@ -185,7 +180,7 @@ static pd_status save_facts(const pd_body *b, pd_file *file)
     const size_t n = facts_of(b, facts);
     PD_TRY(pd_file_put_text(file, "formulation", b->options.formulation->name));
     PD_TRY(pd_file_put_text(file, "material", b->options.material->name));
-    PD_TRY(pd_file_put_integer(file, "points", all_points(b)));
+    PD_TRY(pd_file_put_integer(file, "points", b->n_all));
     for (size_t k = 0; k < n; k++)
         PD_TRY(pd_file_put_number(file, facts[k].name, facts[k].value));
     return pd_status_ok();
@@ -216,9 +211,9 @@ static pd_status check_facts(const pd_body *b, pd_file *file)
                                  facts[k].name, theirs, facts[k].value);
     }
     PD_TRY(pd_file_integer(file, "points", &points));
-    if (points != all_points(b))
+    if (points != b->n_all)
         return pd_file_error(pd_file_path(file), "%lld points; the body has %lld",
-                             (long long)points, (long long)all_points(b));
+                             (long long)points, (long long)b->n_all);
     return pd_status_ok();
 }
 
@@ -412,7 +407,7 @@ static unsigned char *find_held(const pd_body *b)
 {
     unsigned char *held = malloc((size_t)b->n_owned + 1);
     for (pd_local i = 0; held && i < b->n_owned; i++)
-        held[i] = !moves(b, i);
+        held[i] = is_held(b, i);
     return held;
 }
 
@@ -424,7 +419,7 @@ static pd_status save_bytes(const pd_body *b, const pd_rows *rows, pd_file *file
         status = save_points(rows, file, &held_rows, 1, bytes);
     if (status.code == PD_OK && b->carries) {
         for (pd_local i = 0; i < b->n_owned; i++)
-            bytes[i] = has_family(b, i) ? b->carries[i] : PD_SOUND;
+            bytes[i] = is_active(b, i) ? b->carries[i] : PD_SOUND;
         status = save_points(rows, file, &carries_rows, 1, bytes);
     }
     free(bytes);
@@ -453,7 +448,7 @@ static pd_status load_carries(const pd_body *b, const pd_rows *rows, pd_file *fi
         if (bytes[i] > PD_POINT_INVERTED)
             status = pd_file_error(pd_file_path(file), "point %lld carries %d",
                                    (long long)b->id[i], bytes[i]);
-        else if (has_family(b, i))
+        else
             b->carries[i] = bytes[i];
     free(bytes);
     return pd_agree(b->comm, status);
@@ -622,12 +617,12 @@ static void list_broken(const pd_body *b, bond_list *list)
     pd_family family;
     list->n = 0;
     for (pd_local i = 0; b->broken && i < b->n_owned; i++) {
-        if (!has_family(b, i))
+        if (!is_active(b, i))
             continue;
         family_of(b, i, &family);
         for (pd_local k = 0; k < family.count; k++) {
             const pd_local j = family.neighbour[k];
-            if (family_broken(&family, k) && (b->id[i] < b->id[j] || !has_family(b, j)))
+            if (family_broken(&family, k) && (b->id[i] < b->id[j] || !keeps_family(b, j)))
                 list_bond(b, list, i, j);
         }
     }
@@ -670,13 +665,13 @@ static void break_listed(pd_body *b, const pd_lists *lists, int64_t *ends_of)
 {
     pd_family family;
     for (pd_local i = 0; i < b->n_local; i++) {
-        if (!has_family(b, i))
+        if (!is_active(b, i))
             continue;
         family_of(b, i, &family);
         for (pd_local k = 0; k < family.count; k++) {
             const pd_local j = family.neighbour[k];
             const bool listed = find_bond(b, lists, i, j);
-            const int64_t count = i >= b->n_owned ? 0 : has_family(b, j) ? 1 : 2;
+            const int64_t count = i >= b->n_owned ? 0 : keeps_family(b, j) ? 1 : 2;
             ends_of[0] += listed ? count : 0;
             ends_of[1] += listed || family_broken(&family, k) ? count : 0;
             if (listed && !family_broken(&family, k))
@@ -900,7 +895,7 @@ pd_status pd_checkpoint_save(pd_body *b, const char *path, size_t n_notes,
     pd_rows rows;
     pd_file *file;
     PD_TRY(pd_agree(b->comm, check_notes(n_notes, notes)));
-    PD_TRY(pd_rows_create(b->comm, b->n_owned, b->id, all_points(b), &rows));
+    PD_TRY(pd_rows_create(b->comm, b->n_owned, b->id, b->n_all, &rows));
     PD_TRY(pd_file_create(b->comm, path, &kind, &file));
     const pd_status status = save_all(b, &rows, file, n_notes, notes);
     if (status.code == PD_OK)
@@ -931,7 +926,7 @@ pd_status pd_checkpoint_load(pd_body *b, const char *path, size_t n_notes, pd_no
     pd_rows rows;
     pd_file *file;
     PD_TRY(pd_agree(b->comm, check_notes(n_notes, notes)));
-    PD_TRY(pd_rows_create(b->comm, b->n_owned, b->id, all_points(b), &rows));
+    PD_TRY(pd_rows_create(b->comm, b->n_owned, b->id, b->n_all, &rows));
     PD_TRY(pd_file_open(b->comm, path, &kind, &file));
     const pd_status status = load_all(b, &rows, file, n_notes, notes);
     pd_file_drop(file);

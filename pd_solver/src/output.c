@@ -77,17 +77,18 @@ static pd_status fill_plastic(pd_body *b, double *values)
 static pd_status fill_held(pd_body *b, double *values)
 {
     for (pd_local i = 0; i < b->n_owned; i++)
-        values[i] = i >= b->n_moving;
+        values[i] = is_held(b, i);
     return pd_status_ok();
 }
 
 static pd_status fill_piece(pd_body *b, double *values)
 {
     pd_global *piece = malloc(((size_t)b->n_owned + 1) * sizeof *piece);
-    const pd_status status = pd_agree(
+    pd_status status = pd_agree(
         b->comm, piece ? pd_status_ok() : pd_status_fail(PD_NO_MEMORY, -1, "pieces"));
+    if (status.code == PD_OK && pd_body_pieces(b, piece, NULL) < 0)
+        status = pd_status_fail(PD_NO_MEMORY, -1, "pieces");
     if (status.code == PD_OK) {
-        pd_body_pieces(b, piece, NULL);
         for (pd_local i = 0; i < b->n_owned; i++)
             values[i] = (double)piece[i];
     }
@@ -110,7 +111,7 @@ static const struct {
     {"stress", "Pa", "Cauchy stress 11 22 33 12 23 13", PD_SYMMETRIC, fill_stress},
     {"plasticStrain", "-", "equivalent plastic strain", 1, fill_plastic},
     {"held", "-", "1: the point never moves", 1, fill_held},
-    {"piece", "-", "number of the piece that intact bonds connect", 1, fill_piece},
+    {"piece", "-", "smallest number of the piece; -1: deep in a hold", 1, fill_piece},
 };
 
 enum { OWN_FIELDS = sizeof own_fields / sizeof *own_fields };
@@ -435,16 +436,14 @@ static pd_status write_list(const char *folder, const char *name, double time,
 static pd_status draw(pd_body *b, const char *path, const pd_picture *p, canvas *c)
 {
     pd_rows rows;
-    int64_t all = b->n_owned;
-    pd_count_all(b->comm, &all, 1);
-    PD_TRY(pd_rows_create(b->comm, b->n_owned, b->id, all, &rows));
+    PD_TRY(pd_rows_create(b->comm, b->n_owned, b->id, b->n_all, &rows));
     c->rows = &rows;
     PD_TRY(pd_file_create(b->comm, path, &kind, &c->file));
     if (c->xml)
         fprintf(c->xml,
                 "<Grid Name=\"%s\"><Time Value=\"%.17g\"/><Topology "
                 "TopologyType=\"Polyvertex\" NumberOfElements=\"%" PRId64 "\"/>",
-                c->file_name, p->time, all);
+                c->file_name, p->time, b->n_all);
     const pd_status status = write_rows(b, c, p);
     if (status.code == PD_OK)
         return pd_file_finish(c->file);

@@ -55,7 +55,7 @@ static void save_good(void)
     pd_body *body = NULL;
     for (int p = 0; p < N; p++)
         X[3 * p] = p % 4, X[3 * p + 1] = p / 4, volume[p] = 1;
-    pd_status status = pd_body_create(MPI_COMM_NULL, &o, N, X, volume, NULL, &body);
+    pd_status status = pd_body_create(MPI_COMM_NULL, &o, N, X, volume, NULL, NULL, &body);
     must(status.code == PD_OK, status.message);
     const pd_body_view view = pd_body_fields(body);
     for (int p = 0; p < N; p++)
