@@ -95,6 +95,7 @@ UNIT_TESTS = \
 # One program each, tests/parallel/<name>.c, run on several ranks.
 PARALLEL_TESTS = \
     test_bodies \
+    test_checkpoint \
     test_files
 
 # One program each, pd_solver/bench/<name>.c.
