@@ -121,6 +121,31 @@ public:
         line_(1)
     {}
 
+    //- Line of the first '}' too many, or of the last '{' without one; -1: all
+    //  have their partners
+    label lonelyBrace()
+    {
+        DynamicList<label> open;
+        for (passSpace(); more(); passSpace())
+        {
+            const label line = line_;
+            const char c = next();
+            if (c == '{')
+            {
+                open.append(line);
+            }
+            else if (c == '}' && open.empty())
+            {
+                return line;
+            }
+            else if (c == '}')
+            {
+                open.remove();
+            }
+        }
+        return open.empty() ? -1 : open.last();
+    }
+
     //- Line of the last of these nested keys; -1: they are not in the file
     label lineOf(const wordList& keys)
     {
@@ -241,6 +266,20 @@ string listed(const wordList& words)
 } // End anonymous namespace
 
 
+// * * * * * * * * * * * * * * * Global Functions  * * * * * * * * * * * * * //
+
+void Foam::periFoam::checkBraces(const fileName& file)
+{
+    const label line = keyFinder(file).lonelyBrace();
+    if (line >= 0)
+    {
+        FatalIOError("periFoam", __FILE__, __LINE__, file, line)
+            << "a brace has no partner, or the end of the file is missing;"
+            << " allowed: as many '}' as '{'" << exit(FatalIOError);
+    }
+}
+
+
 // * * * * * * * * * * * * * * * * * Ranges  * * * * * * * * * * * * * * * * //
 
 bool Foam::periFoam::range::holds(const scalar value) const
@@ -356,7 +395,19 @@ Foam::ITstream& Foam::periFoam::checkedDictionary::stream
     if (is.size() && is[0] == token::BEGIN_SQR)
     {
         dimensionSet given(dimless);
-        is >> given;
+        try
+        {
+            const throwingErrors thrown;
+            is >> given;
+        }
+        catch (const Foam::error& error)
+        {
+            refuse
+            (
+                e,
+                allowed + "; its dimensions cannot be read: " + error.message()
+            );
+        }
         if (given != dimensions)
         {
             OStringStream os;

@@ -8,6 +8,7 @@ License
 
 #include "motion.H"
 #include "quaternion.H"
+#include "sigFpe.H"
 
 // * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
 
@@ -154,6 +155,7 @@ Foam::periFoam::motion::motion
 
 void Foam::periFoam::motion::moveTo(const scalar time)
 {
+    const sigFpe::ignore untrapped; // places that are no numbers are refused
     if (velocity_.valid())
     {
         moved_ = travelled(time);

@@ -12,6 +12,37 @@ License
 #include "sigFpe.H"
 #include "Time.H"
 
+// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
+
+namespace
+{
+
+using namespace Foam;
+
+//- End the run over an error that OpenFOAM met while it read the file. Its own
+//  text does not always say in which
+void refuseFile
+(
+    const Time& time,
+    const error& e,
+    const fileName& file,
+    const label line
+)
+{
+    const fileName properties
+    (
+        time.path()/time.constant()/"peridynamicsProperties"
+    );
+    FatalIOError
+    (
+        "periFoam", __FILE__, __LINE__, file.empty() ? properties : file, line
+    )   << e.message().c_str() << nl << "    while reading " << properties
+        << exit(FatalIOError);
+}
+
+} // End anonymous namespace
+
+
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
 void Foam::periFoam::scene::checkMesh
@@ -116,6 +147,7 @@ void Foam::periFoam::scene::readProbes()
 // * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
 
 Foam::periFoam::scene::scene(const Time& time)
+try
 :
     time_(time),
     properties_
@@ -123,6 +155,7 @@ Foam::periFoam::scene::scene(const Time& time)
         // 1e400 is then refused with its line, rather than trapped
         (
             sigFpe::ignore(),
+            throwingErrors(),
             IOobject
             (
                 "peridynamicsProperties",
@@ -134,12 +167,22 @@ Foam::periFoam::scene::scene(const Time& time)
         )
     )
 {
+    const sigFpe::ignore untrapped; // numbers of the header too
     if (!properties_.headerOk())
     {
         FatalIOErrorInFunction(time.controlDict())
             << "cannot read " << properties_.objectPath()
             << ", which describes the bodies" << exit(FatalIOError);
     }
+    checkBraces(properties_.filePath());
+}
+catch (const IOerror& e)
+{
+    refuseFile(time, e, e.ioFileName(), e.ioStartLineNumber());
+}
+catch (const error& e)
+{
+    refuseFile(time, e, "", -1);
 }
 
 

@@ -10,6 +10,7 @@ License
 #include "labelIOList.H"
 #include "OSspecific.H"
 #include "regionSplit.H"
+#include "sigFpe.H"
 #include "Time.H"
 
 // * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
@@ -557,6 +558,7 @@ pd_status Foam::periFoam::solidBody::setLoads(const scalar time)
     loaded_ = true;
     const label d = view_.dimension;
     scalarList b(view_.n_owned*d, Zero);
+    const sigFpe::ignore untrapped; // a ramp beyond all numbers is refused below
     for (const load& l : loads_)
     {
         const scalar factor = l.ramp.valid() ? l.ramp->value(time) : 1;

@@ -113,8 +113,11 @@ pd_status pd_smooth_create(const pd_body *b, pd_smooth *s)
         status = pd_status_fail(PD_NO_MEMORY, -1, "grids of %zu nodes", s->n_nodes);
     PD_TRY(pd_agree(b->comm, status));
     b->options.formulation->frequency(b, s->stiffness);
-    for (size_t p = 0; p < n; p++)
+    for (size_t p = 0; p < n; p++) {
         s->stiffness[p] *= b->options.density * b->volume[p];
+        if (!(s->stiffness[p] > 0)) /* no bonds are left: what moves it has no answer */
+            s->stiffness[p] = HUGE_VAL;
+    }
     pd_smooth_fix(s);
     return pd_status_ok();
 }
