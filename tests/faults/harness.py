@@ -1,5 +1,6 @@
 """What the scripts of this folder share: environment, small cases, runs within limits."""
 
+import atexit
 import os
 import pathlib
 import re
@@ -23,6 +24,21 @@ NOT_FINITE = re.compile(r"(^|[\s(])[-+]?(nan|inf)([\s)]|$)", re.IGNORECASE | re.
 
 failed = 0
 
+# Groups that are running; none outlives the script, however it ends.
+groups = set()
+
+
+def end_groups():
+    for group in list(groups):
+        try:
+            os.killpg(group, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+
+atexit.register(end_groups)
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+
 
 def passed(what):
     print("PASS", what, flush=True)
@@ -42,7 +58,9 @@ def environment():
         stdout=subprocess.PIPE,
     ).stdout
     pairs = (entry.partition(b"=") for entry in text.split(b"\0") if entry)
-    return {os.fsdecode(k): os.fsdecode(v) for k, _, v in pairs}
+    env = {os.fsdecode(k): os.fsdecode(v) for k, _, v in pairs}
+    # Ranks that wait leave their core to others: there may be fewer cores than ranks
+    return dict(env, OMPI_MCA_mpi_yield_when_idle="1")
 
 
 ENV = environment()
@@ -99,10 +117,12 @@ class Run:
                 preexec_fn=limits,
             )
 
+        groups.add(self.process.pid)
+
     def wait(self, seconds):
         """The exit status; None: still running."""
         try:
-            return self.process.wait(timeout=seconds)
+            return self.process.wait(timeout=max(seconds, 0))
         except subprocess.TimeoutExpired:
             return None
 
@@ -124,6 +144,7 @@ class Run:
         status = self.wait(seconds)
         self.kill()
         self.process.wait()
+        groups.discard(self.process.pid)
         return status
 
     def text(self):
