@@ -792,8 +792,12 @@ void Foam::functionObjects::peridynamics::writeFields()
             volume.append(body.volume(p));
             damaged.append(body.volume(p)*phi[p]);
         }
-        periFoam::writePointCloud(mesh_, transfer_(), body);
+        if (scene_.writesFields())
+        {
+            periFoam::writePointCloud(mesh_, transfer_(), body);
+        }
     }
+    scene_.writePictures(name());
     scalarField solid, damage;
     transfer_->spreadAmount(place, volume, solid);
     transfer_->spreadAmount(place, damaged, damage);

@@ -107,6 +107,40 @@ Foam::wordList Foam::periFoam::scene::tableNames() const
 }
 
 
+void Foam::periFoam::scene::readOutput()
+{
+    DynamicList<word> names;
+    for (const char* const* name = pd_field_names; *name; ++name)
+    {
+        names.append(*name);
+    }
+    output_ = output{true, false, {"displacement", "damage"}, false};
+    const checkedDictionary top(properties());
+    if (!top.found("output"))
+    {
+        return;
+    }
+    const checkedDictionary dict(top.sub("output"));
+    if (dict.found("formats"))
+    {
+        const wordList formats
+        (
+            dict.choices("formats", wordList({"openfoam", "hdf5"}))
+        );
+        output_.fields = formats.found("openfoam");
+        output_.hdf5 = formats.found("hdf5");
+    }
+    if (dict.found("fields"))
+    {
+        output_.names = dict.choices("fields", names);
+    }
+    output_.single =
+        dict.choiceOr("double", "precision", wordList({"double", "single"}))
+     == "single";
+    dict.finish();
+}
+
+
 void Foam::periFoam::scene::readProbes()
 {
     const checkedDictionary top(properties());
@@ -136,7 +170,12 @@ void Foam::periFoam::scene::readProbes()
     }
     // The top level is complete only here. Sub-dictionary parameters is the
     // user's own, for macros
-    for (const char* key : {"parameters", "coupling", "integration", "bodies"})
+    readOutput();
+    for
+    (
+        const char* key
+      : {"parameters", "coupling", "integration", "bodies", "output"}
+    )
     {
         top.found(key);
     }
@@ -240,6 +279,24 @@ bool Foam::periFoam::scene::wasWritten() const
          || isFile(time_.timePath()/body.name()/"displacement");
     }
     return returnReduce(written, orOp<bool>());
+}
+
+
+void Foam::periFoam::scene::writePictures(const word& name) const
+{
+    if (!output_.hdf5)
+    {
+        return;
+    }
+    const fileName folder(time_.globalPath()/"postProcessing"/name/"hdf5");
+    if (Pstream::master())
+    {
+        mkDir(folder);
+    }
+    for (const solidBody& body : bodies_)
+    {
+        body.writePicture(folder, time_.value(), output_.names, output_.single);
+    }
 }
 
 

@@ -441,6 +441,53 @@ Foam::periFoam::solidBody::pieces() const
 }
 
 
+void Foam::periFoam::solidBody::writePicture
+(
+    const fileName& folder,
+    const scalar time,
+    const wordList& fields,
+    const bool single
+) const
+{
+    List<const char*> names(fields.size() + 1, nullptr);
+    forAll(fields, i)
+    {
+        names[i] = fields[i].c_str();
+    }
+    pd_picture picture{};
+    picture.time = time;
+    picture.n_own = fields.size();
+    picture.own = names.cdata();
+    picture.single = single;
+    for (label a = 0; a < 3; ++a)
+    {
+        const bool solved = a < directions_.size();
+        picture.axes[a] = solved ? directions_[a] : 0;
+        if (!directions_.found(a))
+        {
+            picture.origin[a] = middle_[a];
+        }
+    }
+    for (label a = directions_.size(), axis = 0; a < 3; ++axis)
+    {
+        if (!directions_.found(axis))
+        {
+            picture.axes[a++] = axis;
+        }
+    }
+    const pd_status status = pd_body_write_picture
+    (
+        body_, folder.c_str(), name_.c_str(), &picture
+    );
+    if (status.code != PD_OK)
+    {
+        FatalErrorInFunction
+            << "the body " << name_ << " could not be written: "
+            << status.message << exit(FatalError);
+    }
+}
+
+
 void Foam::periFoam::solidBody::keepState(const fileName& folder, notes all)
 {
     for (const motion& m : motions_)

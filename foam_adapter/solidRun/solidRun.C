@@ -315,8 +315,12 @@ void Foam::periFoam::solidRun::writeFields() const
 {
     forAll(scene_.bodies(), i)
     {
-        writeRegion(scene_.mesh(i), scene_.bodies()[i]);
+        if (scene_.writesFields())
+        {
+            writeRegion(scene_.mesh(i), scene_.bodies()[i]);
+        }
     }
+    scene_.writePictures("solid");
 }
 
 
