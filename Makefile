@@ -9,7 +9,7 @@
 MAKEFLAGS += --no-builtin-rules
 
 .PHONY: all library adapter applications bootstrap pictures test demo validate bench \
-        bench-programs bench-tools fuzz-reader format check-format clean distclean help force
+        bench-programs bench-tools faults fuzz-reader format check-format clean distclean help force
 all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
@@ -309,6 +309,10 @@ fuzz-reader: build/fuzz/fuzz_checkpoint
 	cd build/fuzz && ./fuzz_checkpoint -max_total_time=$(FUZZ_SECONDS) -max_len=8192 \
 	    -print_final_stats=1 corpus
 
+# What goes wrong from outside: docs/faults.md. Longer than `make test`, and not part of it.
+faults: all
+	@tests/faults/run $(FILTER)
+
 # --- benchmarks -------------------------------------------------------------------------
 
 BENCH_PROGRAMS = $(BENCHES:%=build/bench/%)
@@ -376,6 +380,7 @@ help:
 	@echo 'make library         the C library alone, which needs no OpenFOAM'
 	@echo 'make bootstrap       install what a build needs (scripts/bootstrap build)'
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
+	@echo 'make faults          kills, damaged files, mutated dictionaries; FILTER=<word> runs some'
 	@echo 'make demo            one coupled case, from the mesh to the pictures'
 	@echo 'make validate        the elastic band against its reference'
 	@echo 'make bench           how fast forces are: docs/bench.md; SIZE=small is quicker'

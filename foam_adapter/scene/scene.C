@@ -155,6 +155,16 @@ void Foam::periFoam::scene::readProbes()
             p->name = name;
             p->bodyi = bodies.find(dict.choice("body", bodies));
             p->X = dict.vectorOf("position", dimLength);
+            if (!bodies_[p->bodyi].reaches(p->X))
+            {
+                dict.refuse
+                (
+                    "position",
+                    "allowed: a place in or on the body "
+                  + bodies_[p->bodyi].name() + " at rest, within a horizon of"
+                    " one of its points"
+                );
+            }
             if (taken.found(name))
             {
                 probes.refuse

@@ -285,13 +285,34 @@ Foam::vector Foam::periFoam::solidBody::velocity(const label p) const
 }
 
 
-Foam::labelList Foam::periFoam::solidBody::nearest(const point& X) const
+Foam::point Foam::periFoam::solidBody::solved(const point& X) const
 {
     point inside(middle_);
     for (const label a : directions_)
     {
         inside[a] = X[a];
     }
+    return inside;
+}
+
+
+bool Foam::periFoam::solidBody::reaches(const point& X) const
+{
+    const point inside(solved(X));
+    bool near = false;
+    for (label p = 0; p < view_.n_owned && !near; ++p)
+    {
+        near =
+            mag(reference(p) - inside)
+         <= options().horizon_ratio*view_.spacing[p];
+    }
+    return returnReduce(near, orOp<bool>());
+}
+
+
+Foam::labelList Foam::periFoam::solidBody::nearest(const point& X) const
+{
+    const point inside(solved(X));
     scalar least = GREAT;
     for (label p = 0; p < view_.n_owned; ++p)
     {

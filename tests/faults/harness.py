@@ -168,7 +168,7 @@ def error_of(log):
     return found.group(0) if found else ""
 
 
-def tables_not_finite(case):
+def not_finite(case):
     """The first table or field with a number that is not finite."""
     for pattern in ("postProcessing/*/*/*.dat", "[0-9]*/lagrangian/*/*", "[0-9]*/*/*"):
         for file in pathlib.Path(case).glob(pattern):
