@@ -243,6 +243,10 @@ void Foam::periFoam::writePointCloud
     }
     autoPtr<hosting> hosts(places.newHosting());
     hosts->locate(x);
+    // Points keep their numbers (origId), however often they are written;
+    // other clouds of the run count on
+    const label others = particle::particleCount_;
+    particle::particleCount_ = 0;
     forAll(hosts->place(), i)
     {
         cloud.addParticle
@@ -250,6 +254,7 @@ void Foam::periFoam::writePointCloud
             new passiveParticle(fluid, hosts->place()[i], hosts->cell()[i])
         );
     }
+    particle::particleCount_ = others;
     cloud.write();
     cloudWriter(fluid, body, hosts.get()).writeAll();
 }
