@@ -10,16 +10,16 @@ CASES = {
     "band": dict(
         case="cases/elastic_band",
         application="pimpleFoam",
-        keys="N=8 variant=notch pressureDifference=60 endTime=0.16 frames=80",
+        keys="N=8 variant=notch pressureDifference=60 endTime=0.24 frames=120",
         meshes=["blockMesh", "blockMesh -region band"],
         overrides="fluidCellsX 80; fluidCellsY 40; bandCellsY 64;",
     ),
     "plate": dict(
         case="cases/precracked_plate",
         application="periSolidFoam",
-        keys="N=60 variant=growth frames=50",
+        keys="N=100 variant=growth frames=80",
         meshes=["blockMesh -region plate"],
-        overrides="quarter 15; half 30;",
+        overrides="quarter 25; half 50;",
     ),
 }
 
