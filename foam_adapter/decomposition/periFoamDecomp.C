@@ -213,8 +213,12 @@ Foam::scalar Foam::periFoamDecomp::tolerableLoad
     {
         return GREAT;
     }
-    // What one cell holds stays together
-    return 1 + imbalance_*(cells + whole)/whole + max(load)*nDomains_/whole;
+    // However little the points cost, not far off: memory, and costs that are
+    // not those that were measured. What one cell holds stays together
+    const scalar most = max(imbalance_, 0.06);
+    return
+        1 + min(imbalance_*(cells + whole)/whole, most)
+      + max(load)*nDomains_/whole;
 }
 
 
