@@ -40,6 +40,24 @@ void refuseFile
         << exit(FatalIOError);
 }
 
+//- A state that was copied from another time must not be taken for that of
+//  this one. The folder's name has fewer digits than the state
+void checkTime(const Time& time, const fileName& file, const scalar kept)
+{
+    if
+    (
+        Time::timeName(kept) != time.timeName()
+     && mag(kept - time.value()) > 1e-3*time.deltaTValue()
+    )
+    {
+        FatalIOErrorInFunction(time.controlDict())
+            << "the run starts at " << time.timeName() << ", where " << file
+            << " has the state of time " << Time::timeName(kept)
+            << "; allowed: that of the time whose folder it is in"
+            << exit(FatalIOError);
+    }
+}
+
 } // End anonymous namespace
 
 
@@ -352,6 +370,7 @@ bool Foam::periFoam::scene::load(notes& all)
     {
         notes ofBody(all);
         body.resume(folder, ofBody);
+        checkTime(time_, folder/(body.name() + ".h5"), ofBody.numberAt(0));
         std::copy(ofBody.data(), ofBody.data() + all.size(), all.data());
     }
     return true;

@@ -139,6 +139,14 @@ class Run:
         ).stdout
         return [int(pid) for pid in out.split()]
 
+    def left(self):
+        """How many processes stay when it has ended: mpirun's others end a moment later."""
+        for _ in range(50):
+            if not self.members():
+                return 0
+            time.sleep(0.1)
+        return len(self.members())
+
     def end(self, seconds):
         """Waits, kills what is left after the limit; exit status or None."""
         status = self.wait(seconds)

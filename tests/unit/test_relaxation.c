@@ -791,6 +791,41 @@ static void body_that_can_break_is_relaxed(void **state)
     }
 }
 
+/* Nothing divides by the stiffness of a point that has none left. */
+static void point_without_bonds_stays_where_it_is(void **state)
+{
+    points cloud = lattice(2, 8, 6, 1, STEP);
+    pd_body_options options = options_of(2, 2.015);
+    options.critical_stretch = 1.5;
+    pd_body *body = body_of(&cloud, &options);
+    const pd_body_view view = pd_body_fields(body);
+    size_t corner = 0;
+    for (size_t p = 0; p < (size_t)view.n_owned; p++)
+        if (view.X[2 * p] + view.X[2 * p + 1] <
+            view.X[2 * corner] + view.X[2 * corner + 1])
+            corner = p;
+    const double *X = view.X + 2 * corner;
+    const pd_rectangle slit = {.corner = {X[0] - 1, X[1] + 1.05, 0}, .edge1 = {2, -2, 0}};
+    assert_ok(pd_body_precrack(body, &slit));
+    load_beyond(body, X[0] + 6.5 * STEP, 0, 1);
+    targets *t = calloc(1, sizeof *t);
+    for (pd_local p = 0; p < view.n_owned; p++)
+        if ((size_t)p != corner && view.X[2 * p] < X[0] + 1.5 * STEP)
+            prescribe(t, 2, p, 3, view.X + 2 * p);
+    pd_relaxation *relaxation;
+    assert_ok(pd_relaxation_create(body, &relaxation));
+    double residual = HUGE_VAL;
+    for (int k = 0; k < 200 && !(residual <= 1e-6); k++)
+        assert_ok(trapped_step(relaxation, &t->list, &residual));
+    assert_true(residual <= 1e-6);
+    for (int a = 0; a < 2; a++)
+        assert_true(view.y[2 * corner + (size_t)a] == X[a]);
+    pd_relaxation_destroy(relaxation);
+    free(t);
+    pd_body_destroy(body);
+    points_free(&cloud);
+}
+
 static void iterations_allocate_nothing(void **state)
 {
     bar *it = make_bar(-0.3, 4);
@@ -832,6 +867,7 @@ int main(void)
         cmocka_unit_test(body_wholly_held_is_relaxed),
         cmocka_unit_test(body_wholly_prescribed_is_relaxed),
         cmocka_unit_test(body_that_can_break_is_relaxed),
+        cmocka_unit_test(point_without_bonds_stays_where_it_is),
         cmocka_unit_test(iterations_allocate_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
