@@ -122,10 +122,11 @@ static pd_body *build(MPI_Comm comm, const settings *s, int from, int to)
 {
     const pd_body_options o = options_for(s);
     const double h = 1e-2;
-    const size_t plane = s->dimension == 3 ? (size_t)s->n[0] * (size_t)s->n[1]
-                                           : (size_t)s->n[0];
+    const size_t plane =
+        s->dimension == 3 ? (size_t)s->n[0] * (size_t)s->n[1] : (size_t)s->n[0];
     const size_t n = plane * (size_t)(to - from), before = plane * (size_t)from;
-    double *X = malloc((3 * n + 1) * sizeof *X), *volume = malloc((n + 1) * sizeof *volume);
+    double *X = malloc((3 * n + 1) * sizeof *X),
+           *volume = malloc((n + 1) * sizeof *volume);
     if (!X || !volume)
         MPI_Abort(MPI_COMM_WORLD, 1);
     for (size_t i = 0; i < n; i++) {
@@ -134,7 +135,8 @@ static pd_body *build(MPI_Comm comm, const settings *s, int from, int to)
         for (int a = 0; a < 3; a++, rest /= (size_t)s->n[a - 1])
             X[3 * i + (size_t)a] =
                 h * ((double)(rest % (size_t)s->n[a]) +
-                     (a < s->dimension ? s->jitter * shift(3 * (i + before) + (size_t)a) : 0));
+                     (a < s->dimension ? s->jitter * shift(3 * (i + before) + (size_t)a)
+                                       : 0));
     }
     pd_body *body = NULL;
     demand(pd_body_create(comm, &o, n, X, volume, NULL, NULL, &body));
@@ -224,7 +226,8 @@ static void bench(const settings *s)
     const double made = over_ranks(MPI_Wtime() - start, MPI_MAX);
     const double memory = over_ranks(resident() - before, MPI_SUM) / points;
     const double most = over_ranks(peak(), MPI_SUM) / points;
-    pd_body *whole = rank == 0 && !s->together_only ? build(MPI_COMM_NULL, s, 0, last) : NULL;
+    pd_body *whole =
+        rank == 0 && !s->together_only ? build(MPI_COMM_NULL, s, 0, last) : NULL;
     const pd_traffic then = pd_body_traffic(part);
     const double once = over_ranks(time_forces(part, 1), MPI_MAX);
     const int calls = (int)fmax(1, ceil(0.3 / once));
@@ -232,20 +235,22 @@ static void bench(const settings *s)
     take_turns(s, whole, part, calls, &t);
     const pd_traffic now = pd_body_traffic(part);
     const double called = 1 + (double)calls * s->turns;
-    const double bytes =
-        over_ranks((double)(now.bytes - then.bytes) / called, MPI_MAX);
+    const double bytes = over_ranks((double)(now.bytes - then.bytes) / called, MPI_MAX);
     const double ghosts = over_ranks((double)now.ghosts, MPI_SUM);
     const double bonds = 2 * (double)pd_body_summary(part).bonds;
     if (rank == 0) {
         const double together = median(t.together, s->turns); /* sorted by that */
         const double alone = whole ? median(t.alone, s->turns) : 0;
-        printf("%s,%d,%g,%s,%.0f,%.0f,%d,%.4g,%.4g,%.3f,%.3f,%.3f,%.0f,%.0f,%.4f,%.0f,%.0f,%.3g\n",
-               s->formulation, s->dimension, s->ratio, s->jitter > 0 ? "shaken" : "lattice",
-               points, bonds, size, 1e9 * alone / points, 1e9 * together / points,
-               alone / together, t.alone[0] / t.together[0],
-               whole ? median(t.triad_together, s->turns) / median(t.triad_alone, s->turns) : 0,
-               bytes, (double)(now.calls - then.calls) / called, ghosts / points, memory, most,
-               made);
+        printf(
+            "%s,%d,%g,%s,%.0f,%.0f,%d,%.4g,%.4g,%.3f,%.3f,%.3f,%.0f,%.0f,%.4f,%.0f,%.0f,%"
+            ".3g\n",
+            s->formulation, s->dimension, s->ratio, s->jitter > 0 ? "shaken" : "lattice",
+            points, bonds, size, 1e9 * alone / points, 1e9 * together / points,
+            alone / together, t.alone[0] / t.together[0],
+            whole ? median(t.triad_together, s->turns) / median(t.triad_alone, s->turns)
+                  : 0,
+            bytes, (double)(now.calls - then.calls) / called, ghosts / points, memory,
+            most, made);
     }
     pd_body_destroy(whole);
     pd_body_destroy(part);

@@ -412,9 +412,8 @@ static pd_status share_holds(pd_body *b)
     if (b->halo && !distance)
         distance = none = calloc((size_t)b->n_local + 1, sizeof *none);
     const bool short_of_memory = b->halo && !distance;
-    PD_TRY(pd_agree(b->comm, short_of_memory
-                                 ? pd_status_fail(PD_NO_MEMORY, -1, "holds")
-                                 : pd_status_ok()));
+    PD_TRY(pd_agree(b->comm, short_of_memory ? pd_status_fail(PD_NO_MEMORY, -1, "holds")
+                                             : pd_status_ok()));
     pd_halo_copy(b->halo, distance, sizeof *distance);
     free(none);
     return pd_status_ok();
@@ -473,7 +472,7 @@ static pd_status create(pd_body *b, size_t n, const double *X, const double *vol
     pd_part part;
     pd_status status =
         pd_part_create(b->comm, o->dimension, o->horizon_ratio,
-                        o->formulation->ghost_layers, n, X, volume, held, id, &part);
+                       o->formulation->ghost_layers, n, X, volume, held, id, &part);
     if (status.code == PD_OK)
         status = pd_agree(b->comm, adopt(b, &part));
     else

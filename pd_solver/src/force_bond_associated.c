@@ -41,10 +41,10 @@
  * once in forces, updated once in advance. The sweeps that need both ends of a pair visit
  * it from the lower index and write to both.
  *
- * A pair of an owned point and a ghost is kept by both ranks, and visited by each from its
- * own point: every term is the same to the last bit from either end, so that both have the
- * same stress and break the bond in the same step. What is written to a ghost is lost, but
- * for the forces of Z on neighbours, which go back to the rank that owns them.
+ * A pair of an owned point and a ghost is kept by both ranks, and visited by each from
+ * its own point: every term is the same to the last bit from either end, so that both
+ * have the same stress and break the bond in the same step. What is written to a ghost is
+ * lost, but for the forces of Z on neighbours, which go back to the rank that owns them.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -76,16 +76,17 @@ enum { ORDER, ASSOCIATION };
  * the last of its family. Those of held points are their bonds to moving ghosts, so that
  * they know what breaks. */
 typedef struct {
-    int64_t *upper;  /* [n_active] first bond of a pair ... */
-    int64_t *end;    /* ... and the one after the last */
-    size_t *pair;    /* [n_active + 1] number of the first among the pairs */
-    pd_local *met;   /* [n_active] how many lower neighbours a sweep has met */
-    double *volume;  /* [n_local] v, m3 */
-    double *share;   /* [n_local] 1/m3; 0 where a point bears no stress */
-    double *rows;    /* [n_moving][d][terms] R / horizon, for x / horizon */
-    double *tensor;  /* [n_local][d][d] Z while forces, L while advancing */
-    double *sigma;   /* [pairs][PD_SYMMETRIC], Pa; of points, n_local, without association */
-    double *plastic; /* likewise, or NULL where the material has none */
+    int64_t *upper; /* [n_active] first bond of a pair ... */
+    int64_t *end;   /* ... and the one after the last */
+    size_t *pair;   /* [n_active + 1] number of the first among the pairs */
+    pd_local *met;  /* [n_active] how many lower neighbours a sweep has met */
+    double *volume; /* [n_local] v, m3 */
+    double *share;  /* [n_local] 1/m3; 0 where a point bears no stress */
+    double *rows;   /* [n_moving][d][terms] R / horizon, for x / horizon */
+    double *tensor; /* [n_local][d][d] Z while forces, L while advancing */
+    double
+        *sigma; /* [pairs][PD_SYMMETRIC], Pa; of points, n_local, without association */
+    double *plastic;      /* likewise, or NULL where the material has none */
     double *soundness;    /* [pairs] omega_D, or NULL where bonds break at once */
     double least_stretch; /* smallest s_c of all bonds; 0: none */
 } state;
@@ -408,8 +409,8 @@ static pd_status allocate_points(pd_body *b)
     s->rows = numbers(moving * rows);
     s->tensor = numbers(local * (size_t)(d * d));
     b->carries = calloc(local + 1, sizeof *b->carries);
-    if (!s->upper || !s->end || !s->pair || !s->met || !s->volume || !s->share || !s->rows ||
-        !s->tensor || !b->carries)
+    if (!s->upper || !s->end || !s->pair || !s->met || !s->volume || !s->share ||
+        !s->rows || !s->tensor || !b->carries)
         return pd_status_fail(PD_NO_MEMORY, -1, "bond-associated, %zu points", local);
     return pd_status_ok();
 }

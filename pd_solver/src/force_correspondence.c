@@ -54,16 +54,16 @@ static void weigh_bonds(pd_body *b)
 {
     const int d = b->options.dimension;
     PD_FOR_GENERAL(b, i)
-        for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
-            const pd_local j = b->families.neighbour[k];
-            double xi[3];
-            subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
-            b->weight[k] =
-                bond_is_broken(b, k)
-                    ? 0
-                    : weight_of(b, sqrt(dot(d, xi, xi)),
-                                0.5 * (b->spacing[i] + b->spacing[j]), b->volume[j]);
-        }
+    for (int64_t k = b->families.first[i]; k < b->families.first[i + 1]; k++) {
+        const pd_local j = b->families.neighbour[k];
+        double xi[3];
+        subtract(d, b->X + (size_t)j * d, b->X + (size_t)i * d, xi);
+        b->weight[k] =
+            bond_is_broken(b, k)
+                ? 0
+                : weight_of(b, sqrt(dot(d, xi, xi)),
+                            0.5 * (b->spacing[i] + b->spacing[j]), b->volume[j]);
+    }
 }
 
 static double weight_on_lattice(const pd_body *b, pd_local i, pd_local j,
@@ -158,10 +158,10 @@ static pd_status prepare_here(pd_body *b)
     PD_TRY(allocate(b));
     weigh_bonds(b);
     PD_FOR_GENERAL(b, i)
-        if (b->options.dimension == 2)
-            invert_shape(2, b, i);
-        else
-            invert_shape(3, b, i);
+    if (b->options.dimension == 2)
+        invert_shape(2, b, i);
+    else
+        invert_shape(3, b, i);
     return b->lattice ? prepare_lattice(b) : pd_status_ok();
 }
 
@@ -229,8 +229,8 @@ PD_INLINE void gradients(const int d, pd_body *b)
             deform(d, b, i);
     pd_halo_end(b->halo);
     PD_FOR_GENERAL(b, i)
-        if (!waits || family_has_ghosts(b, i) || i >= b->n_owned)
-            deform(d, b, i);
+    if (!waits || family_has_ghosts(b, i) || i >= b->n_owned)
+        deform(d, b, i);
 }
 
 /* ---- forces ---- */

@@ -223,8 +223,9 @@ static pd_status pool_create(const search *s, const pd_part *c, pool *p)
 static bool is_wanted(const pool *p, const pd_local *near, pd_local count, int layer)
 {
     for (pd_local k = 0; k < count; k++)
-        if (layer == NEAR ? near[k] < p->n_owned
-                          : near[k] >= p->n_owned && p->need[near[k] - p->n_owned] == NEAR)
+        if (layer == NEAR
+                ? near[k] < p->n_owned
+                : near[k] >= p->n_owned && p->need[near[k] - p->n_owned] == NEAR)
             return true;
     return false;
 }
@@ -234,8 +235,8 @@ static pd_status mark_needs(const search *s, int layers, pool *p)
 {
     pd_cell_list cells;
     pd_local *near = NULL, capacity = 0;
-    pd_status status = pd_cell_list_create(s->d, p->n, p->X, p->spacing,
-                                           s->ratio * (1 + SLACK), &cells);
+    pd_status status =
+        pd_cell_list_create(s->d, p->n, p->X, p->spacing, s->ratio * (1 + SLACK), &cells);
     for (int layer = NEAR; status.code == PD_OK && layer <= (layers > 1 ? FAR : NEAR);
          layer++)
         for (pd_local g = p->n_owned; g < p->n; g++) {
@@ -315,7 +316,8 @@ static pd_status make_halo(const search *s, pd_halo **halo)
 static pd_status append_ghosts(const search *s, const pool *p, bool any_held, pd_part *c)
 {
     const size_t owned = (size_t)c->n_owned, n = owned + c->halo->n_ghost;
-    double *X = malloc((3 * n + 1) * sizeof *X), *volume = malloc((n + 1) * sizeof *volume);
+    double *X = malloc((3 * n + 1) * sizeof *X),
+           *volume = malloc((n + 1) * sizeof *volume);
     unsigned char *held = calloc(n + 1, 1), *is_far = calloc(n - owned + 1, 1);
     pd_global *id = malloc((n + 1) * sizeof *id);
     void *own[] = {X, volume, held, is_far, id};
@@ -410,15 +412,15 @@ static pd_status number(MPI_Comm comm, int64_t n, pd_part *c)
 }
 
 pd_status pd_part_create(MPI_Comm comm, int d, double ratio, int layers, size_t n,
-                          const double *X, const double *volume,
-                          const unsigned char *held, const pd_global *id, pd_part *c)
+                         const double *X, const double *volume, const unsigned char *held,
+                         const pd_global *id, pd_part *c)
 {
     *c = (pd_part){.n_owned = (pd_local)n,
-                    .n = (pd_local)n,
-                    .X = X,
-                    .volume = volume,
-                    .held = held,
-                    .id = id};
+                   .n = (pd_local)n,
+                   .X = X,
+                   .volume = volume,
+                   .held = held,
+                   .id = id};
     PD_TRY(pd_agree(comm, number(comm, (int64_t)n, c)));
     search s = {.comm = comm,
                 .d = d,

@@ -28,9 +28,8 @@ typedef struct {
  * pd_part_free, also then; the halo is the caller's.
  */
 pd_status pd_part_create(MPI_Comm comm, int d, double ratio, int layers, size_t n,
-                          const double *X, const double *volume,
-                          const unsigned char *held, const pd_global *id,
-                          pd_part *part);
+                         const double *X, const double *volume, const unsigned char *held,
+                         const pd_global *id, pd_part *part);
 void pd_part_free(pd_part *part);
 
 /* volume^(1/d) */

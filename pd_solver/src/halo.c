@@ -36,9 +36,9 @@ pd_status pd_halo_reserve(pd_halo *h, size_t size)
     h->out = malloc(most * size + 1);
     h->in = malloc(most * size + 1);
     h->capacity = h->out && h->in ? size : 0;
-    return h->capacity ? pd_status_ok()
-                       : pd_status_fail(PD_NO_MEMORY, -1, "messages of %zu bytes",
-                                        most * size);
+    return h->capacity
+               ? pd_status_ok()
+               : pd_status_fail(PD_NO_MEMORY, -1, "messages of %zu bytes", most * size);
 }
 
 /* Copy the bytes of listed points to or from a buffer, [n][stride]. */

@@ -1,8 +1,9 @@
 /*
- * What ranks tell each other about points: with agreement (collective.h) the only messages
- * of a step. Knows no mechanics.
+ * What ranks tell each other about points: with agreement (collective.h) the only
+ * messages of a step. Knows no mechanics.
  *
- * Every function takes NULL for a body in one piece: it then does nothing and calls no MPI.
+ * Every function takes NULL for a body in one piece: it then does nothing and calls no
+ * MPI.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later
  */
@@ -36,7 +37,7 @@ typedef struct pd_halo {
     } field[PD_HALO_FIELDS];
     size_t capacity; /* bytes of a point that the buffers hold */
     char *out, *in;
-    MPI_Request *request; /* [2 n_partners] */
+    MPI_Request *request;          /* [2 n_partners] */
     int64_t bytes_sent, exchanges; /* since creation */
 } pd_halo;
 
@@ -62,7 +63,8 @@ static inline bool pd_halo_is_under_way(const pd_halo *halo)
 /* All of that for one array. */
 void pd_halo_copy(pd_halo *halo, void *values, size_t size);
 
-/* Add what ghosts have in values[n_local][width] to the points that they are copies of. */
+/* Add what ghosts have in values[n_local][width] to the points that they are copies of.
+ */
 void pd_halo_sum(pd_halo *halo, double *values, size_t width);
 
 #endif

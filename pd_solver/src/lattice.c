@@ -382,9 +382,8 @@ static size_t order_regular(const pd_body *b, pd_local *order)
     pd_local p = 0, g = b->n_owned;
     size_t n = 0;
     while (p < b->n_regular || g < b->near.regular) {
-        const bool ghost =
-            p == b->n_regular ||
-            (g < b->near.regular && place_of(l, b, g) < place_of(l, b, p));
+        const bool ghost = p == b->n_regular ||
+                           (g < b->near.regular && place_of(l, b, g) < place_of(l, b, p));
         order[n++] = ghost ? g++ : p++;
     }
     return n;
@@ -518,8 +517,8 @@ static void mark_exports(pd_body *b)
             pd_chunk *c = &l->regular.chunk[m];
             for (int q = 0; q < c->count; q++)
                 for (int k = 0; k < l->n_offsets && !c->exports; k++)
-                    c->exports = reads_kept(
-                        b, pd_lattice_neighbour(l, z, c, q, &l->offset[k]));
+                    c->exports =
+                        reads_kept(b, pd_lattice_neighbour(l, z, c, q, &l->offset[k]));
         }
 }
 

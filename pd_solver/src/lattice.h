@@ -95,9 +95,9 @@ typedef struct pd_lattice {
 
     int64_t ghosts_from;     /* no ghost stands in planes before this */
     int64_t clear, clear_to; /* families of planes [clear, clear_to) hold no ghosts */
-    pd_local *at;             /* [planes][plane] the active point there, or -1 */
-    uint64_t *broken;         /* [regular points, ghosts after][n_offsets] bits; NULL
-                               * until one can break */
+    pd_local *at;            /* [planes][plane] the active point there, or -1 */
+    uint64_t *broken;        /* [regular points, ghosts after][n_offsets] bits; NULL
+                              * until one can break */
 } pd_lattice;
 
 /* The lattice that all points stand on; NULL in *lattice when they do not, or when

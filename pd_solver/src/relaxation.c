@@ -91,9 +91,8 @@ pd_status pd_relaxation_create(pd_body *b, pd_relaxation **relaxation)
         return pd_status_fail(PD_BAD_ARGUMENT, -1,
                               "the body has a history; allowed: elastic bodies");
     pd_relaxation *r = calloc(1, sizeof *r);
-    const pd_status made =
-        pd_agree(b->comm, r ? pd_status_ok()
-                            : pd_status_fail(PD_NO_MEMORY, -1, "relaxation"));
+    const pd_status made = pd_agree(
+        b->comm, r ? pd_status_ok() : pd_status_fail(PD_NO_MEMORY, -1, "relaxation"));
     if (made.code != PD_OK) {
         free(r);
         return made;

@@ -28,7 +28,8 @@ typedef struct {
     double *value, *weight; /* [nodes][d] work */
 } pd_smooth;
 
-/* Collective, as all of these. Errors: PD_NO_MEMORY. Followed by pd_smooth_free, also then. */
+/* Collective, as all of these. Errors: PD_NO_MEMORY. Followed by pd_smooth_free, also
+ * then. */
 pd_status pd_smooth_create(const pd_body *b, pd_smooth *s);
 void pd_smooth_free(pd_smooth *s);
 

@@ -693,8 +693,9 @@ static void points_in_one_place_are_refused(void **state)
             points cloud = lattice(d, 6, d > 1 ? 5 : 1, d > 2 ? 4 : 1, SPACING);
             memcpy(cloud.X, cloud.X + 3, 3 * sizeof *cloud.X);
             pd_body *body;
-            const pd_status status = pd_body_create(MPI_COMM_NULL, &options, cloud.n,
-                                                    cloud.X, cloud.volume, NULL, NULL, &body);
+            const pd_status status =
+                pd_body_create(MPI_COMM_NULL, &options, cloud.n, cloud.X, cloud.volume,
+                               NULL, NULL, &body);
             assert_int_equal(status.code, PD_BAD_ARGUMENT);
             assert_in_range(status.point, 0, 1);
             assert_null(body);
