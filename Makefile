@@ -9,7 +9,8 @@
 MAKEFLAGS += --no-builtin-rules
 
 .PHONY: all library adapter applications bootstrap pictures test demo validate bench \
-        bench-programs bench-tools faults fuzz-reader format check-format clean distclean help force
+        bench-programs bench-tools unit-programs sanitize faults fuzz-reader format \
+        check-format clean distclean help force
 all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
@@ -109,7 +110,8 @@ BENCHES = \
 
 # FOAM_SRC, FOAM_LIB, FOAM_API and FOAM_FLAGS are scripts/bootstrap's. Make builds the file
 # if a target needs it, also after another OpenFOAM environment has been sourced.
-without_foam := library bootstrap pictures bench bench-programs bench-tools fuzz-reader format \
+without_foam := library unit-programs sanitize bootstrap pictures bench bench-programs \
+    bench-tools fuzz-reader format \
     check-format clean distclean help
 ifneq ($(filter-out $(without_foam),$(or $(MAKECMDGOALS),all)),)
 include .cache/openfoam.mk
@@ -313,6 +315,22 @@ fuzz-reader: build/fuzz/fuzz_checkpoint
 faults: all
 	@tests/faults/run $(FILTER)
 
+# The C library and its tests again, in a folder of their own, with AddressSanitizer and
+# UndefinedBehaviorSanitizer; then some under valgrind, which sees reads of what was never set.
+SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+VALGRIND_TESTS = test_body test_damage test_files
+
+unit-programs: $(UNIT_PROGRAMS)
+
+sanitize: $(VALGRIND_TESTS:%=build/tests/%)
+	@mkdir -p build/sanitized && cp -rp Makefile pd_solver tests build/sanitized
+	@$(MAKE) -C build/sanitized --no-print-directory OPTIMISE=-O1 \
+	    CFLAGS_EXTRA='$(SANITIZE)' LDFLAGS_EXTRA='$(SANITIZE)' unit-programs
+	@cd build/sanitized && for t in build/tests/*; do echo $$t && $$t >$$t.log 2>&1 || \
+	    { cat $$t.log; exit 1; }; done
+	@for t in $^; do echo valgrind $$t && valgrind -q --error-exitcode=9 --leak-check=full \
+	    $$t >$$t.log 2>&1 || { cat $$t.log; exit 1; }; rm $$t.log; done
+
 # --- benchmarks -------------------------------------------------------------------------
 
 BENCH_PROGRAMS = $(BENCHES:%=build/bench/%)
@@ -384,6 +402,7 @@ help:
 	@echo 'make demo            one coupled case, from the mesh to the pictures'
 	@echo 'make validate        the elastic band against its reference'
 	@echo 'make bench           how fast forces are: docs/bench.md; SIZE=small is quicker'
+	@echo 'make sanitize        the tests of the C library with sanitizers and valgrind'
 	@echo 'make fuzz-reader     any bytes in place of a checkpoint, for SECONDS=60; needs clang'
 	@echo 'make format          lay out the sources with clang-format'
 	@echo 'make check-format    fail if that would change them'
