@@ -402,6 +402,17 @@ void Foam::periFoam::report::announce() const
             << o.formulation->name << ", " << o.material->name
             << ", horizon " << o.horizon_ratio << " spacings, "
             << (body.canBreak() ? "can break" : "cannot break") << nl;
+        if (Pstream::parRun())
+        {
+            const label mine = body.nMoving();
+            const scalar mean = scalar(body.nAllMoving())/Pstream::nProcs();
+            const label most = returnReduce(mine, maxOp<label>());
+            const pd_traffic told = body.traffic();
+            Info<< "        " << Pstream::nProcs() << " ranks, the fullest with "
+                << brief(100*(most/max(mean, SMALL) - 1))
+                << " % more moving points than the mean; ghosts "
+                << returnReduce(label(told.ghosts), sumOp<label>()) << nl;
+        }
     }
 }
 
