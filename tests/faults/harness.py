@@ -150,6 +150,7 @@ class Run:
     def end(self, seconds):
         """Waits, kills what is left after the limit; exit status or None."""
         status = self.wait(seconds)
+        self.ended = time.time()
         self.kill()
         self.process.wait()
         groups.discard(self.process.pid)
