@@ -5,21 +5,24 @@ import shutil
 
 import harness
 
-# Small cases that break. Both write often, so that many of the kills fall into a write.
+# Small cases that break. Both write often, so that many of the kills fall into a write, and after
+# a number of steps: intervals of time begin anew where a run goes on.
 CASES = {
     "band": dict(
         case="cases/elastic_band",
         application="pimpleFoam",
-        keys="N=8 variant=notch pressureDifference=60 endTime=0.24 frames=120",
+        keys="N=8 variant=notch pressureDifference=60 endTime=0.24 frames=1",
         meshes=["blockMesh", "blockMesh -region band"],
         overrides="fluidCellsX 80; fluidCellsY 40; bandCellsY 64;",
+        interval=5,
     ),
     "plate": dict(
         case="cases/precracked_plate",
         application="periSolidFoam",
-        keys="N=100 variant=growth frames=80",
+        keys="N=100 variant=growth frames=1",
         meshes=["blockMesh -region plate"],
         overrides="quarter 25; half 50;",
+        interval=5,
     ),
 }
 
@@ -37,7 +40,8 @@ def make(name, folder, ranks, more=""):
         start_case "{harness.ROOT}/{about['case']}" run="{folder}" ranks={ranks} {about['keys']}
         echo '{about['overrides']}' >>system/overrides
         {"".join(f"run_tool {tool};" for tool in about['meshes'])}
-        printf '%s\\n' 'startFrom latestTime;' '{more}' >>system/controlDict
+        printf '%s\\n' 'startFrom latestTime; writeControl timeStep;' \\
+            'writeInterval {about['interval']};' '{more}' >>system/controlDict
         ((ranks == 1)) || decompose
         """
     )
