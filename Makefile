@@ -51,6 +51,8 @@ PD_KERNELS = \
 ADAPTER_SOURCES = \
     foam_adapter/peridynamics/peridynamics.C \
     foam_adapter/momentumSource/momentumSource.C \
+    foam_adapter/timeLevel/timeLevel.C \
+    foam_adapter/solidTerms/solidTerms.C \
     foam_adapter/transfer/transfer.C \
     foam_adapter/transfer/stencils.C \
     foam_adapter/transfer/hosting.C \

@@ -11,6 +11,7 @@ License
 #include "bodyFields.H"
 #include "fvOptions.H"
 #include "OSspecific.H"
+#include "timeLevel.H"
 
 #include <cmath>
 
@@ -117,6 +118,10 @@ void Foam::functionObjects::peridynamics::readCoupling()
     (
         1000, "holdStrength", range::above(0), dimless
     );
+    implicitElastic_ = dict.numberOr
+    (
+        0, "implicitElastic", range::atLeast(0), dimless
+    );
     reportInterval_ = dict.integerOr(100, "reportInterval", 1);
     kernel_ = periFoam::kernel::find
     (
@@ -148,8 +153,15 @@ void Foam::functionObjects::peridynamics::readBodies()
     }
     position_.resize(moving);
     velocity_.resize(moving, vector::zero);
-    midVelocity_.resize(moving, vector::zero);
+    meanVelocity_.resize(moving, vector::zero);
     force_.resize(moving, vector::zero);
+    terms_.reset
+    (
+        new periFoam::solidTerms
+        (
+            mesh_, bodies_, transfer_(), rhoInf_, implicitElastic_
+        )
+    );
 }
 
 
@@ -329,25 +341,13 @@ void Foam::functionObjects::peridynamics::buildHolds()
             volume.append(body.volume(p));
         }
     }
+    heldShare_.resize(mesh_.nCells(), 0);
     if (returnReduce(place.empty(), andOp<bool>()))
     {
         return;
     }
-    scalarField covered;
-    transfer_->spreadAmount(place, volume, covered);
-
-    DynamicList<label> cells;
-    DynamicList<scalar> share;
-    forAll(covered, celli)
-    {
-        if (covered[celli] > 0)
-        {
-            cells.append(celli);
-            share.append(min(covered[celli]/mesh_.V()[celli], 1));
-        }
-    }
-    heldCells_ = cells;
-    heldShare_ = share;
+    transfer_->spreadAmount(place, volume, heldShare_);
+    heldShare_ = min(heldShare_/mesh_.V(), scalar(1));
 }
 
 
@@ -380,13 +380,12 @@ void Foam::functionObjects::peridynamics::keepOldFields() const
 }
 
 
-Foam::scalar
-Foam::functionObjects::peridynamics::estimateStableStep() const
+void Foam::functionObjects::peridynamics::estimateSteps()
 {
     // The fastest motion is a pressure wave of the solid as short as the
-    // kernel lets through. The midpoint rule is stable for omega deltaT < 2;
-    // half of that is kept for stretch, which makes waves faster
-    scalar step = GREAT;
+    // kernel lets through. The scheme is stable for omega deltaT < 2; half of
+    // that is kept for stretch, which makes waves faster
+    elasticStep_ = stableStep_ = GREAT;
     for (const periFoam::solidBody& body : bodies_)
     {
         if (body.nMoving() == 0)
@@ -395,10 +394,13 @@ Foam::functionObjects::peridynamics::estimateStableStep() const
         }
         const scalar omega =
             kernel_->steepest*body.waveSpeed()/smallestWidth_;
-        step = min(step, min(1/omega, body.springStep(rhoInf_)));
+        elasticStep_ = min(elasticStep_, 1/omega);
+        stableStep_ = min(stableStep_, body.springStep(rhoInf_));
     }
-    reduce(step, minOp<scalar>()); // some ranks have no moving points
-    return step;
+    // Some ranks have no moving points
+    reduce(elasticStep_, minOp<scalar>());
+    reduce(stableStep_, minOp<scalar>());
+    stableStep_ = min(stableStep_, elasticStep_);
 }
 
 
@@ -516,16 +518,34 @@ void Foam::functionObjects::peridynamics::place(const char* when)
 }
 
 
-void Foam::functionObjects::peridynamics::toMidpoint(const UList<vector>& v)
+void Foam::functionObjects::peridynamics::moveBy
+(
+    const UList<vector>& v,
+    const scalar deltaT
+)
 {
     label start = 0;
     for (periFoam::solidBody& body : bodies_)
     {
-        body.toMidpoint
-        (
-            SubList<vector>(v, body.nMoving(), start), time_.deltaTValue()
-        );
+        body.moveBy(SubList<vector>(v, body.nMoving(), start), deltaT);
         start += body.nMoving();
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::findMeanVelocity()
+{
+    stopwatch watch(wall_, TRANSFER);
+    transfer_->sample(U(), phi(), level_);
+    transfer_->interpolate(meanVelocity_);
+    const scalar late = 1/(2*level_);
+    if (late != 1)
+    {
+        forAll(meanVelocity_, p)
+        {
+            meanVelocity_[p] =
+                (1 - late)*velocity_[p] + late*meanVelocity_[p];
+        }
     }
 }
 
@@ -547,15 +567,17 @@ void Foam::functionObjects::peridynamics::beginStep()
     }
     askedIndex_ = time_.timeIndex();
     checkStep(false);
-    toMidpoint(velocity_);
+    level_ = periFoam::forceLevel(mesh_, "ddt(" + UName_ + ")");
+    moveBy(velocity_, level_*time_.deltaTValue());
 }
 
 
 void Foam::functionObjects::peridynamics::evaluateForces()
 {
+    const scalar deltaT = time_.deltaTValue();
     {
         stopwatch watch(wall_, TRANSFER);
-        place("at the middle of the step");
+        place("where forces are taken");
         transfer_->weigh(position_);
     }
     {
@@ -566,7 +588,7 @@ void Foam::functionObjects::peridynamics::evaluateForces()
             SubList<vector> force(ofBody(force_, i));
             pd_status status = bodies_[i].setLoads
             (
-                time_.value() - 0.5*time_.deltaTValue()
+                time_.value() - (1 - level_)*deltaT
             );
             if (status.code == PD_OK)
             {
@@ -581,6 +603,14 @@ void Foam::functionObjects::peridynamics::evaluateForces()
         endOn(f);
     }
     stopwatch watch(wall_, TRANSFER);
+    terms_->update();
+    if (terms_->hasExcess())
+    {
+        List<vector> u(force_.size());
+        transfer_->sample(U().oldTime(), phi().oldTime(), 1);
+        transfer_->interpolate(u);
+        terms_->addConvection(u, velocity_, level_*deltaT, force_);
+    }
     transfer_->spread(force_);
 }
 
@@ -590,7 +620,7 @@ Foam::functionObjects::peridynamics::firstWild()
 {
     forAll(bodies_, i)
     {
-        const SubList<vector> v(ofBody(midVelocity_, i));
+        const SubList<vector> v(ofBody(meanVelocity_, i));
         forAll(v, p)
         {
             if
@@ -615,36 +645,28 @@ Foam::functionObjects::peridynamics::firstWild()
 
 void Foam::functionObjects::peridynamics::finishStep()
 {
-    {
-        stopwatch watch(wall_, TRANSFER);
-        transfer_->sample(U(), phi(), true);
-        transfer_->interpolate(midVelocity_);
-    }
+    findMeanVelocity();
     endOn(firstWild());
-    forAll(bodies_, i)
-    {
-        bodies_[i].toMidpoint
-        (
-            ofBody(midVelocity_, i), 2*time_.deltaTValue()
-        );
-    }
+    moveBy(meanVelocity_, time_.deltaTValue());
     {
         stopwatch watch(wall_, TRANSFER);
-        place("at the end of the step");
-        transfer_->weigh(position_);
-        transfer_->sample(U(), phi(), false);
+        if (level_ != 1) // else it was sampled for the mean
+        {
+            transfer_->sample(U(), phi(), 1);
+        }
         transfer_->interpolate(velocity_);
     }
     if (transfer_->smallestWidth() < smallestWidth_)
     {
         smallestWidth_ = transfer_->smallestWidth(); // a body met finer cells
-        stableStep_ = estimateStableStep();
+        estimateSteps();
     }
     forAll(bodies_, i)
     {
-        bodies_[i].toEnd(ofBody(midVelocity_, i), time_.deltaTValue());
         bodies_[i].setVelocity(ofBody(velocity_, i));
+        bodies_[i].keep();
     }
+    terms_->finish(U());
     doneIndex_ = time_.timeIndex();
     doneTime_ = time_.value();
 }
@@ -753,6 +775,29 @@ bool Foam::functionObjects::peridynamics::resume()
 }
 
 
+void Foam::functionObjects::peridynamics::startVelocities(const bool resumed)
+{
+    if (!resumed)
+    {
+        transfer_->sample(U(), phi(), 1);
+        transfer_->interpolate(velocity_);
+    }
+    label p = 0;
+    forAll(bodies_, i)
+    {
+        if (!resumed)
+        {
+            bodies_[i].setVelocity(ofBody(velocity_, i));
+            continue;
+        }
+        for (label j = 0; j < bodies_[i].nMoving(); ++j)
+        {
+            velocity_[p++] = bodies_[i].velocity(j);
+        }
+    }
+}
+
+
 void Foam::functionObjects::peridynamics::announce() const
 {
     Info<< nl << type() << " " << name() << ": coupled to "
@@ -824,10 +869,13 @@ Foam::functionObjects::peridynamics::peridynamics
     scene_(runTime),
     kernel_(nullptr),
     bodies_(scene_.bodies()),
+    implicitElastic_(0),
+    level_(0.5),
     source_(nullptr),
     askedIndex_(runTime.timeIndex()),
     doneIndex_(runTime.timeIndex()),
     doneTime_(runTime.value()),
+    elasticStep_(GREAT),
     stableStep_(GREAT),
     smallestWidth_(GREAT),
     capping_(false),
@@ -842,14 +890,9 @@ Foam::functionObjects::peridynamics::peridynamics
     const bool resumed = resume();
     place("before the first step");
     transfer_->weigh(position_);
-    transfer_->sample(U(), phi(), false);
-    transfer_->interpolate(velocity_);
-    forAll(bodies_, i)
-    {
-        bodies_[i].setVelocity(ofBody(velocity_, i));
-    }
+    startVelocities(resumed);
     smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
-    stableStep_ = estimateStableStep();
+    estimateSteps();
     checkStep(time_.isAdjustTimeStep());
     appendSource();
     keepOldFields();
@@ -897,33 +940,16 @@ void Foam::functionObjects::peridynamics::addForce
         }
         else
         {
-            {
-                stopwatch watch(wall_, TRANSFER);
-                transfer_->sample(U(), phi(), true);
-                transfer_->interpolate(midVelocity_);
-            }
-            toMidpoint(midVelocity_);
+            findMeanVelocity();
+            moveBy(meanVelocity_, level_*time_.deltaTValue());
         }
         evaluateForces();
     }
 
     stopwatch watch(wall_, TRANSFER);
-    vectorField& source = eqn.source();
-    const scalar scale = rho ? 1 : 1/rhoInf_;
-    transfer_->forEachCellForce
-    (
-        [&](const label celli, const vector& f) { source[celli] -= scale*f; }
-    );
-
-    scalarField& diagonal = eqn.diag();
-    const scalarField& V = mesh_.V();
-    const scalar strength = holdStrength_/time_.deltaTValue();
-    forAll(heldCells_, i)
-    {
-        const label celli = heldCells_[i];
-        diagonal[celli] -=
-            strength*heldShare_[i]*V[celli]*(rho ? (*rho)[celli] : 1);
-    }
+    const scalar strength = holdStrength_
+       /(elasticStep_ < GREAT ? elasticStep_ : time_.deltaTValue());
+    terms_->add(eqn, rho, strength*heldShare_);
 }
 
 

@@ -104,15 +104,6 @@ Foam::periFoam::solidBody::readDensity(const scalar rhoInf) const
         rhoInf > 0
       ? dict_.numberOr(rhoInf, "density", range::above(0), dimDensity)
       : dict_.number("density", range::above(0), dimDensity);
-    if (fluid_ && rho != rhoInf)
-    {
-        dict_.refuse
-        (
-            "density",
-            "allowed: coupling.rhoInf, since this version gives a body the "
-            "inertia of the fluid"
-        );
-    }
     return rho;
 }
 

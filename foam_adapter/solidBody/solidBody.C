@@ -571,7 +571,7 @@ Foam::scalar Foam::periFoam::solidBody::springStep(const scalar rho) const
 }
 
 
-void Foam::periFoam::solidBody::toMidpoint
+void Foam::periFoam::solidBody::moveBy
 (
     const UList<vector>& v,
     const scalar deltaT
@@ -582,20 +582,9 @@ void Foam::periFoam::solidBody::toMidpoint
     {
         for (label a = 0; a < d; ++a)
         {
-            view_.y[p*d + a] = start_[p*d + a] + deltaT/2*v[p][directions_[a]];
+            view_.y[p*d + a] = start_[p*d + a] + deltaT*v[p][directions_[a]];
         }
     }
-}
-
-
-void Foam::periFoam::solidBody::toEnd
-(
-    const UList<vector>& v,
-    const scalar deltaT
-)
-{
-    toMidpoint(v, 2*deltaT);
-    std::copy(view_.y, view_.y + start_.size(), start_.begin());
 }
 
 

@@ -29,7 +29,7 @@ Foam::scalar Foam::periFoam::transfer::faceVelocity
 void Foam::periFoam::transfer::sampleFaces
 (
     const surfaceScalarField& phi,
-    const bool midpoint
+    const scalar share
 )
 {
     const labelList& label = samples_.sampled();
@@ -40,7 +40,7 @@ void Foam::periFoam::transfer::sampleFaces
         velocity_[i] =
             label[i] < 0 ? 0 : faceVelocity(phi, label[i])*rArea[i];
     }
-    if (midpoint)
+    if (share != 1)
     {
         const surfaceScalarField& old = phi.oldTime();
         forAll(label, i)
@@ -48,7 +48,8 @@ void Foam::periFoam::transfer::sampleFaces
             if (label[i] >= 0)
             {
                 velocity_[i] =
-                    (velocity_[i] + faceVelocity(old, label[i])*rArea[i])/2;
+                    share*velocity_[i]
+                  + (1 - share)*faceVelocity(old, label[i])*rArea[i];
             }
         }
     }
@@ -58,7 +59,7 @@ void Foam::periFoam::transfer::sampleFaces
 void Foam::periFoam::transfer::sampleCells
 (
     const volVectorField& U,
-    const bool midpoint
+    const scalar share
 )
 {
     const labelList& label = samples_.sampled();
@@ -71,9 +72,9 @@ void Foam::periFoam::transfer::sampleCells
         }
         const vector v
         (
-            midpoint
-          ? (U[label[i]] + U.oldTime()[label[i]])/2
-          : U[label[i]]
+            share == 1
+          ? U[label[i]]
+          : share*U[label[i]] + (1 - share)*U.oldTime()[label[i]]
         );
         for (direction a = 0; a < 3; ++a)
         {
@@ -178,16 +179,16 @@ void Foam::periFoam::transfer::sample
 (
     const volVectorField& U,
     const surfaceScalarField& phi,
-    const bool midpoint
+    const scalar share
 )
 {
     if (faces())
     {
-        sampleFaces(phi, midpoint);
+        sampleFaces(phi, share);
     }
     else
     {
-        sampleCells(U, midpoint);
+        sampleCells(U, share);
     }
     if (!sampleExchange_.valid())
     {

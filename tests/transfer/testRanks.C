@@ -307,7 +307,7 @@ public:
         for (label step = 0; step < nSteps; ++step)
         {
             const pointField x(places(step));
-            const bool midpoint = step % 2;
+            const scalar share = step % 2 ? 0.5 : 1;
             setFlow(U_.oldTime(), phi_.oldTime(), solved_, step + 0.5);
             setFlow(U_, phi_, solved_, step);
             vectorField u(x.size()), force(x.size());
@@ -318,7 +318,7 @@ public:
                     << "a point is outside the mesh" << exit(FatalError);
             }
             transfer_.weigh(x);
-            transfer_.sample(U_, phi_, midpoint);
+            transfer_.sample(U_, phi_, share);
             transfer_.interpolate(u);
             forAll(mine_, i)
             {

@@ -492,7 +492,7 @@ class bench
     }
 
     //- Velocities of x from the flow
-    vectorField velocity(const UList<point>& x, const bool midpoint = false)
+    vectorField velocity(const UList<point>& x, const scalar share = 1)
     {
         vectorField u(x.size());
         if (transfer_.locate(x) >= 0)
@@ -501,7 +501,7 @@ class bench
                 << "a point is outside the mesh" << exit(FatalError);
         }
         transfer_.weigh(x);
-        transfer_.sample(flow_.U, flow_.phi, midpoint);
+        transfer_.sample(flow_.U, flow_.phi, share);
         transfer_.interpolate(u);
         return u;
     }
