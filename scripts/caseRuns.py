@@ -31,15 +31,20 @@ def build():
         fail("periFoam could not be built")
 
 
+def load(path):
+    """A file of Python, wherever it is."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 def load_gates(case):
     path = case / "gates.py"
     if not path.is_file():
         names = sorted(p.parent.name for p in ROOT.glob("cases/*/gates.py"))
         fail(f"no gates for '{case.name}'; allowed: {', '.join(names)}")
-    spec = importlib.util.spec_from_file_location("gates", path)
-    gates = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(gates)
-    return gates
+    return load(path)
 
 
 # ---- what changes a run ----------------------------------------------------------------
