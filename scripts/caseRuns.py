@@ -163,6 +163,30 @@ def is_crash(text):
 
 # ---- running ---------------------------------------------------------------------------
 
+running = set()
+interrupted = False
+
+
+def interrupt(_signal, _frame):
+    """Ends what runs, too: it is in process groups of its own, which Ctrl-C does not reach."""
+    global interrupted
+    interrupted = True
+    for process in list(running):
+        signal_group(process, signal.SIGTERM)
+    sys.exit(f"{PROGRAM}: interrupted; the same command goes on")
+
+
+for kind in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(kind, interrupt)
+
+
+def signal_group(process, kind):
+    try:
+        os.killpg(process.pid, kind)
+    except ProcessLookupError:
+        pass
+
+
 def wait(process, limit):
     """Exit status and processor time of a process and its children; None: out of time."""
     end = None if limit is None else time.monotonic() + limit
@@ -180,32 +204,33 @@ def wait(process, limit):
 
 def stop(process):
     """Ends a script and all that it began."""
+    signal_group(process, signal.SIGTERM)
     try:
-        os.killpg(process.pid, signal.SIGTERM)
         process.wait(timeout=10)
     except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
+        signal_group(process, signal.SIGKILL)
+        process.wait()
 
 
 def execute(case, folder, arguments, key, limit=None):
     """Allrun in a folder, unless that holds the same run. None: not done within the limit
     in seconds, and to be done again."""
     run = finished(folder, key)
-    if run:
+    if run or interrupted:
         return run
     say(f"running {folder.name}: {' '.join(arguments)}")
     with tempfile.TemporaryFile("w+") as errors:
         process = subprocess.Popen([case / "Allrun", f"run={folder}", *arguments],
                                    stdout=subprocess.DEVNULL, stderr=errors,
                                    start_new_session=True)
+        running.add(process)
         try:
             status, seconds = wait(process, limit)
         finally:
             if process.returncode is None:
                 stop(process)
-        if status is None:
+            running.discard(process)
+        if status is None or interrupted:
             return None
         errors.seek(0)
         text = errors.read()
