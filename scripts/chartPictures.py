@@ -60,14 +60,16 @@ def shown(row):
     return max(row["absolute_error"], SMALLEST)
 
 
-def grey_band(ax, row):
-    """Errors that the reference cannot tell apart."""
-    if row["known_to"]:
-        low, high = ax.get_ylim()
-        low = min(low, 0.5 * row["known_to"])
-        ax.axhspan(low, row["known_to"], color="#eeeeee", zorder=0, lw=0,
+def set_limits(ax, rows):
+    """Around all errors; errors that the reference cannot tell apart on grey."""
+    errors = [shown(r) for r in rows]
+    low, high = min(errors) / 2, max(errors) * 2
+    known = rows[0]["known_to"]
+    if known and known > low:
+        low = min(low, known / 3)
+        ax.axhspan(low, known, facecolor="#e8e8e8", zorder=0, lw=0,
                    label="the reference is not known better")
-        ax.set_ylim(low, high)
+    ax.set_ylim(low, high)
 
 
 def place_labels(axes, spots, taken):
@@ -133,12 +135,13 @@ def draw_errors(rows):
         ax.set(xscale="log", yscale="log", xlabel="processor time [s]",
                ylabel=f"error [{found[0]['error_unit']}]", title=f"{case}: {quantity}")
         ax.margins(0.12)
-        grey_band(ax, found[0])
+        set_limits(ax, found)
         plain_logs(ax.xaxis)
-        plain_logs(ax.yaxis, (1,))
+        low, high = ax.get_ylim()
+        plain_logs(ax.yaxis, (1,) if high > 50 * low else (1, 2, 5))
         later.append((ax, [(*c, label(r)) for c, r in zip(corners, best)],
                       [(r["core_seconds"], shown(r)) for r in found] + along(corners)))
-    axes[0].legend(fontsize=7, frameon=False, loc="lower left")
+    axes[0].legend(fontsize=7, facecolor="white", edgecolor="none", loc="lower left")
     figure.canvas.draw()
     for ax, spots, taken in later:
         place_labels(ax, spots, taken)
@@ -172,8 +175,8 @@ def draw_orders(rows):
                ylabel=f"error [{row['error_unit']}]")
         ax.set_xticks(everyone, [str(n) for n in everyone])
         ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.margins(0.1, 0.15)
-        grey_band(ax, row)
+        ax.margins(0.1)
+        set_limits(ax, [r for _, pairs in mine for _, r in pairs])
         plain_logs(ax.yaxis)
         ax.legend(fontsize=7, frameon=False)
     save(figure, "chart_orders")
