@@ -96,6 +96,7 @@ def draw_looks(rows):
 
 def table(header, lines):
     rule = "|" + "---|" * len(header)
+    lines = [[cell.replace("|", "\\|") for cell in line] for line in lines]
     return "\n".join(["| " + " | ".join(header) + " |", rule] +
                      ["| " + " | ".join(line) + " |" for line in lines])
 
