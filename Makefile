@@ -8,7 +8,8 @@
 .SUFFIXES:
 MAKEFLAGS += --no-builtin-rules
 
-.PHONY: all library adapter applications bootstrap pictures test demo validate bench \
+.PHONY: all library adapter applications bootstrap pictures test demo validate chart \
+        stability bench \
         bench-programs bench-tools unit-programs sanitize faults fuzz-reader format \
         check-format clean distclean help force
 all: library adapter applications
@@ -359,6 +360,13 @@ demo: all pictures
 validate: all
 	scripts/validate elastic_band
 
+# LEVEL=full: hours. Both go on where they were stopped; SECONDS=<n>: stop by themselves.
+chart: all
+	scripts/chart $(LEVEL:%=--level %) $(SECONDS:%=--limit %)
+
+stability: all
+	scripts/stability $(SECONDS:%=--limit %)
+
 # --- the rest ---------------------------------------------------------------------------
 
 bootstrap:
@@ -403,6 +411,9 @@ help:
 	@echo 'make faults          kills, damaged files, mutated dictionaries; FILTER=<word> runs some'
 	@echo 'make demo            one coupled case, from the mesh to the pictures'
 	@echo 'make validate        the elastic band against its reference'
+	@echo 'make chart           error against cost: docs/speed_accuracy.md; LEVEL=full is all of it;'
+	@echo '                     then scripts/advise <case> <quantity> --error 2% answers'
+	@echo 'make stability       where methods fail: docs/limits.md; both take SECONDS=<most>'
 	@echo 'make bench           how fast forces are: docs/bench.md; SIZE=small is quicker'
 	@echo 'make sanitize        the tests of the C library with sanitizers and valgrind'
 	@echo 'make fuzz-reader     any bytes in place of a checkpoint, for SECONDS=60; needs clang'
