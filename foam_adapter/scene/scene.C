@@ -241,7 +241,7 @@ try
             << "cannot read " << properties_.objectPath()
             << ", which describes the bodies" << exit(FatalIOError);
     }
-    checkBraces(properties_.filePath());
+    checkText(properties_.filePath());
 }
 catch (const IOerror& e)
 {
