@@ -41,18 +41,20 @@ void refuseFile
 }
 
 //- Name a dictionary after its file, and those in it. Ranks that have it from
-//  the master call it by the stream, and so would their errors
+//  the master call it by the stream, and so would their errors. The list is
+//  gone through as a constant one: in others OpenFOAM finds no end where the
+//  last entry has replaced another
 void nameAfter(const fileName& file, const fileName& old, dictionary& dict)
 {
     if (dict.name().compare(0, old.size(), old) == 0)
     {
         dict.name() = file + dict.name().substr(old.size());
     }
-    for (entry& e : dict)
+    for (const entry& e : static_cast<const dictionary&>(dict))
     {
         if (e.isDict())
         {
-            nameAfter(file, old, e.dict());
+            nameAfter(file, old, const_cast<dictionary&>(e.dict()));
         }
     }
 }
