@@ -9,9 +9,8 @@
 MAKEFLAGS += --no-builtin-rules
 
 .PHONY: all library adapter applications bootstrap pictures test demo validate chart \
-        stability bench \
-        bench-programs bench-tools unit-programs sanitize faults fuzz-reader format \
-        check-format clean distclean help force
+        stability bench bench-programs bench-tools unit-programs parallel-programs sanitize \
+        faults fuzz-reader format check-format clean distclean help force
 all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
@@ -113,8 +112,8 @@ BENCHES = \
 
 # FOAM_SRC, FOAM_LIB, FOAM_API and FOAM_FLAGS are scripts/bootstrap's. Make builds the file
 # if a target needs it, also after another OpenFOAM environment has been sourced.
-without_foam := library unit-programs sanitize bootstrap pictures bench bench-programs \
-    bench-tools fuzz-reader format \
+without_foam := library unit-programs parallel-programs sanitize bootstrap pictures bench \
+    bench-programs bench-tools fuzz-reader format \
     check-format clean distclean help
 ifneq ($(filter-out $(without_foam),$(or $(MAKECMDGOALS),all)),)
 include .cache/openfoam.mk
@@ -269,16 +268,21 @@ build/objects/tests/%.o: tests/%.c Makefile
 	@mkdir -p $(@D)
 	$(call brief,CC)$(CC) $(TEST_CFLAGS) -c -o $@ $<
 
+# They count the handles of HDF5 that are open.
+$(addprefix build/objects/tests/,unit/test_files.o unit/test_checkpoint.o parallel/test_files.o \
+    parallel/test_checkpoint.o): TEST_CFLAGS += $(HDF5_COMPILE)
+
 build/tests/test_formulations: build/objects/tests/reference/reference_correspondence.o
 build/tests/test_bond: build/objects/tests/reference/reference_bond.o
 build/tests/test_bond_associated: build/objects/tests/reference/reference_bond_associated.o
 
 # Disks that cannot reserve space.
-build/tests/test_files: LDFLAGS_EXTRA += -Wl,--wrap=fallocate
+build/tests/test_files: TEST_LDFLAGS = -Wl,--wrap=fallocate
 
 build/tests/%: build/objects/tests/unit/%.o lib/libpd.a
 	@mkdir -p $(@D)
-	$(call brief,LD)$(CC) -o $@ $(filter %.o,$^) lib/libpd.a $(LDFLAGS_EXTRA) -lcmocka $(PD_LIBS)
+	$(call brief,LD)$(CC) -o $@ $(filter %.o,$^) lib/libpd.a $(TEST_LDFLAGS) $(LDFLAGS_EXTRA) \
+	    -lcmocka $(PD_LIBS)
 
 build/parallel/%: build/objects/tests/parallel/%.o lib/libpd.a
 	@mkdir -p $(@D)
@@ -318,19 +322,23 @@ fuzz-reader: build/fuzz/fuzz_checkpoint
 faults: all
 	@tests/faults/run $(FILTER)
 
-# The C library and its tests again, in a folder of their own, with AddressSanitizer and
-# UndefinedBehaviorSanitizer; then some under valgrind, which sees reads of what was never set.
+# The C library and its tests again, in a folder of their own, with AddressSanitizer (and what
+# leaks, on two ranks too) and UndefinedBehaviorSanitizer; then some under valgrind, which sees
+# reads of what was never set.
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 VALGRIND_TESTS = test_body test_damage test_files
 
 unit-programs: $(UNIT_PROGRAMS)
+parallel-programs: $(PARALLEL_PROGRAMS)
 
 sanitize: $(VALGRIND_TESTS:%=build/tests/%)
 	@mkdir -p build/sanitized && cp -rp Makefile pd_solver tests build/sanitized
 	@$(MAKE) -C build/sanitized --no-print-directory OPTIMISE=-O1 \
-	    CFLAGS_EXTRA='$(SANITIZE)' LDFLAGS_EXTRA='$(SANITIZE)' unit-programs
-	@cd build/sanitized && for t in build/tests/*; do echo $$t && $$t >$$t.log 2>&1 || \
-	    { cat $$t.log; exit 1; }; done
+	    CFLAGS_EXTRA='$(SANITIZE)' LDFLAGS_EXTRA='$(SANITIZE)' unit-programs \
+	    parallel-programs
+	@cd build/sanitized && rm -f build/tests/*.log && for t in build/tests/*; do \
+	    echo $$t && $$t >$$t.log 2>&1 || { cat $$t.log; exit 1; }; rm $$t.log; done
+	@tests/parallel/leaks build/sanitized/build/parallel
 	@for t in $^; do echo valgrind $$t && valgrind -q --error-exitcode=9 --leak-check=full \
 	    $$t >$$t.log 2>&1 || { cat $$t.log; exit 1; }; rm $$t.log; done
 

@@ -24,6 +24,16 @@ namespace
 
 using namespace Foam;
 
+const char* const brace =
+    "a brace has no partner, or the end of the file is missing;"
+    " allowed: as many '}' as '{'";
+
+const char* const bracket =
+    "a word has a '(' without its ')'; allowed: as many ')' as '('";
+
+const char* const dollar =
+    "a '$' has no name behind it; allowed: $ and a key";
+
 //- Finds the line of a key in the text of a dictionary file. Entries do not
 //  know it: their tokens keep the lines of macros and included files that they
 //  came from, and empty ones have none
@@ -55,19 +65,43 @@ class keyFinder
         at_ = min(at_ + std::strlen(what), text_.size());
     }
 
+    //- Move behind what starts and ends so, if it starts here
+    bool passFrom(const char* start, const char* end)
+    {
+        if (!starts(start))
+        {
+            return false;
+        }
+        next();
+        pass(end);
+        line_ += *end == '\n';
+        return true;
+    }
+
+    bool passComment()
+    {
+        return passFrom("//", "\n") || passFrom("/*", "*/");
+    }
+
+    //- Move behind a string, if one starts here: \" does not end it
+    bool passString()
+    {
+        if (!starts("\""))
+        {
+            return false;
+        }
+        for (next(); more() && text_[at_] != '"'; next())
+        {
+            at_ += starts("\\\\") || starts("\\\"");
+        }
+        at_ = min(at_ + 1, text_.size());
+        return true;
+    }
+
     //- Move past a comment or a string, if one starts here
     bool passOpaque()
     {
-        const char* end =
-            starts("//") ? "\n" : starts("/*") ? "*/" : starts("#{") ? "#}"
-          : starts("\"") ? "\"" : nullptr;
-        if (end)
-        {
-            next();
-            pass(end);
-            line_ += *end == '\n';
-        }
-        return end;
+        return passComment() || passFrom("#{", "#}") || passString();
     }
 
     bool more() const
@@ -80,11 +114,111 @@ class keyFinder
         return std::isspace(static_cast<unsigned char>(text_[at_]));
     }
 
+    bool at(const char* characters) const
+    {
+        return more() && text_[at_] && std::strchr(characters, text_[at_]);
+    }
+
     //- Move to what follows spaces and comments
+    void passBlank()
+    {
+        while (more() && (atSpace() ? next() : passComment()))
+        {}
+    }
+
+    //- Move to what follows spaces, comments and strings
     void passSpace()
     {
         while (more() && (atSpace() ? next() : passOpaque()))
         {}
+    }
+
+    //- Move behind a word, as OpenFOAM reads one: to a space or one of `ends`,
+    //  and brackets are part of it. Whether these have their partners
+    bool passWord(const char* brackets, const char* ends)
+    {
+        label depth = 0;
+        while
+        (
+            more() && !atSpace() && !at(ends)
+         && (depth || !at(brackets + 1))
+        )
+        {
+            const char c = next();
+            depth += c == brackets[0];
+            depth -= c == brackets[1];
+        }
+        return !depth;
+    }
+
+    //- Move behind '#' and a name, and an expression {...} if one follows:
+    //  its words are not those of a dictionary. Whether that ends
+    bool passDirective()
+    {
+        passWord("()", "\"'/;{}");
+        passBlank();
+        label depth = 0;
+        while (more() && (depth || at("{")))
+        {
+            if (!passOpaque())
+            {
+                const char c = next();
+                depth += c == '{';
+                depth -= c == '}';
+                if (!depth)
+                {
+                    break;
+                }
+            }
+        }
+        return !depth;
+    }
+
+    //- Move behind '$' and a name; nullptr, or what is wrong with them
+    const char* passVariable()
+    {
+        next();
+        passBlank();
+        if (!more() || at("\"';}"))
+        {
+            return dollar;
+        }
+        if (at("{"))
+        {
+            return passWord("{}", "\"';") ? nullptr : brace;
+        }
+        return passWord("()", "\"';{}") ? nullptr : bracket;
+    }
+
+    //- Move behind one token; nullptr, or what is wrong with it
+    const char* passToken()
+    {
+        if (at("}"))
+        {
+            return brace;
+        }
+        if (at("#"))
+        {
+            return passDirective() ? nullptr : brace;
+        }
+        if (at("$"))
+        {
+            return passVariable();
+        }
+        if (at(";()[]:,=+*/'"))
+        {
+            next();
+            return nullptr;
+        }
+        if (at("-.0123456789"))
+        {
+            while (at("-+.0123456789eE"))
+            {
+                next();
+            }
+            return nullptr;
+        }
+        return passWord("()", "\"'/;{}") ? nullptr : bracket;
     }
 
     //- Move behind the ';' of a value, past brackets of all kinds
@@ -121,29 +255,37 @@ public:
         line_(1)
     {}
 
-    //- Line of the first '}' too many, or of the last '{' without one; -1: all
-    //  have their partners
-    label lonelyBrace()
+    //- What OpenFOAM would take in silence or with a warning
+    struct mistake
+    {
+        label line;
+        const char* text;  // nullptr: none
+    };
+
+    //- The first one: a '}' too many, a '{' or the '(' of a word without its
+    //  partner, a '$' without a name
+    mistake firstMistake()
     {
         DynamicList<label> open;
         for (passSpace(); more(); passSpace())
         {
             const label line = line_;
-            const char c = next();
-            if (c == '{')
+            if (at("{"))
             {
                 open.append(line);
+                next();
             }
-            else if (c == '}' && open.empty())
-            {
-                return line;
-            }
-            else if (c == '}')
+            else if (at("}") && open.size())
             {
                 open.remove();
+                next();
+            }
+            else if (const char* text = passToken())
+            {
+                return {line, text};
             }
         }
-        return open.empty() ? -1 : open.last();
+        return {open.empty() ? 0 : open.last(), open.empty() ? nullptr : brace};
     }
 
     //- Line of the last of these nested keys; -1: they are not in the file
@@ -268,14 +410,13 @@ string listed(const wordList& words)
 
 // * * * * * * * * * * * * * * * Global Functions  * * * * * * * * * * * * * //
 
-void Foam::periFoam::checkBraces(const fileName& file)
+void Foam::periFoam::checkText(const fileName& file)
 {
-    const label line = keyFinder(file).lonelyBrace();
-    if (line >= 0)
+    const auto mistake = keyFinder(file).firstMistake();
+    if (mistake.text)
     {
-        FatalIOError("periFoam", __FILE__, __LINE__, file, line)
-            << "a brace has no partner, or the end of the file is missing;"
-            << " allowed: as many '}' as '{'" << exit(FatalIOError);
+        FatalIOError("periFoam", __FILE__, __LINE__, file, mistake.line)
+            << mistake.text << exit(FatalIOError);
     }
 }
 

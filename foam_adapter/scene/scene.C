@@ -40,6 +40,25 @@ void refuseFile
         << exit(FatalIOError);
 }
 
+//- Name a dictionary after its file, and those in it. Ranks that have it from
+//  the master call it by the stream, and so would their errors. The list is
+//  gone through as a constant one: in others OpenFOAM finds no end where the
+//  last entry has replaced another
+void nameAfter(const fileName& file, const fileName& old, dictionary& dict)
+{
+    if (dict.name().compare(0, old.size(), old) == 0)
+    {
+        dict.name() = file + dict.name().substr(old.size());
+    }
+    for (const entry& e : static_cast<const dictionary&>(dict))
+    {
+        if (e.isDict())
+        {
+            nameAfter(file, old, const_cast<dictionary&>(e.dict()));
+        }
+    }
+}
+
 //- A state that was copied from another time must not be taken for that of
 //  this one. The folder's name has fewer digits than the state
 void checkTime(const Time& time, const fileName& file, const scalar kept)
@@ -241,7 +260,10 @@ try
             << "cannot read " << properties_.objectPath()
             << ", which describes the bodies" << exit(FatalIOError);
     }
-    checkBraces(properties_.filePath());
+    const fileName file(properties_.filePath());
+    checkText(file);
+    const fileName old(properties_.dictionary::name());
+    nameAfter(file, old, properties_);
 }
 catch (const IOerror& e)
 {

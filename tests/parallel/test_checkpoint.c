@@ -16,6 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "../handles.h"
 #include "pd.h"
 
 /* Sums are taken in another order by other ranks, and what differs in the last bit grows
@@ -308,8 +309,12 @@ int main(int argc, char **argv)
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     snprintf(path, sizeof path, "%s/body.h5", argc > 1 ? argv[1] : ".");
-    for (size_t k = 0; k < sizeof scenes / sizeof *scenes; k++)
+    for (size_t k = 0; k < sizeof scenes / sizeof *scenes; k++) {
+        const int before = handles_open();
         go_on(&scenes[k]);
+        check("no handle is left open", &scenes[k], handles_open() == before,
+              "there are more than before");
+    }
     MPI_Barrier(MPI_COMM_WORLD);
     if (rank == 0)
         unlink(path);

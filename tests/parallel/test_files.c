@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "collective.h"
+#include "../handles.h"
 #include "hdf5_file.h"
 #include "rows.h"
 
@@ -268,12 +269,15 @@ int main(int argc, char **argv)
     MPI_Comm_rank(world, &rank);
     MPI_Comm_size(world, &ranks);
     snprintf(path, sizeof path, "%s/rows.h5", argc > 1 ? argv[1] : ".");
+    const int before = handles_open();
     rows_come_and_go();
     numbers_are_checked();
     lists_come_and_go();
     file_is_written_and_read();
     errors_are_the_same_on_all_ranks();
     full_disk_is_an_error(argc > 2 ? argv[2] : "/nowhere");
+    check("no handle is left open", handles_open() == before,
+          "there are more than before");
     if (rank == 0)
         unlink(path);
     MPI_Finalize();

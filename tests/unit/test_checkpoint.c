@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <unistd.h>
 
+#include "../handles.h"
 #include "body.h"
 #include "hdf5_file.h"
 #include "lanes.h"
@@ -19,12 +20,14 @@
 enum { STEPS = 24 }; /* before the body is saved, and after */
 
 static char folder[] = "/tmp/test_checkpoint.XXXXXX", path[64];
+static int open_before;
 
 static int make_folder(void **state)
 {
     if (!mkdtemp(folder))
         return -1;
     snprintf(path, sizeof path, "%s/body.h5", folder);
+    open_before = handles_open();
     return 0;
 }
 
@@ -765,6 +768,12 @@ static void no_trap_fires(void **state)
     pd_body_destroy(again);
 }
 
+/* Whatever went wrong before. */
+static void no_handle_is_left_open(void **state)
+{
+    assert_int_equal(handles_open(), open_before);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -779,6 +788,7 @@ int main(void)
         cmocka_unit_test(missing_notes_are_named),
         cmocka_unit_test(forged_files_are_refused),
         cmocka_unit_test(no_trap_fires),
+        cmocka_unit_test(no_handle_is_left_open),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "../handles.h"
 #include "checksum.h"
 #include "hdf5_file.h"
 #include "lattice.h"
@@ -24,6 +25,7 @@ static const pd_rows_of numbers = {"numbers", "m", "three each", PD_DOUBLE, 3};
 static const pd_rows_of counts = {"counts", "-", "one each", PD_INT32, 1};
 
 static char folder[] = "/tmp/test_files.XXXXXX", path[128], part[128], other[128];
+static int open_before;
 static int reports = -1; /* what stood for standard error */
 
 static int make_folder(void **state)
@@ -34,6 +36,7 @@ static int make_folder(void **state)
     snprintf(part, sizeof part, "%s/rows.h5.part", folder);
     snprintf(other, sizeof other, "%s/other", folder);
     signal(SIGXFSZ, SIG_IGN);
+    open_before = handles_open();
     return 0;
 }
 
@@ -454,6 +457,12 @@ static void errors_are_not_printed(void **state)
     assert_int_equal(size_of(other), 0);
 }
 
+/* Whatever went wrong before. */
+static void no_handle_is_left_open(void **state)
+{
+    assert_int_equal(handles_open(), open_before);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -471,6 +480,7 @@ int main(void)
         cmocka_unit_test(full_disk_that_reserves_nothing_is_an_error),
         cmocka_unit_test_setup_teardown(errors_are_not_printed, listen_to_errors,
                                         stop_listening),
+        cmocka_unit_test(no_handle_is_left_open),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
