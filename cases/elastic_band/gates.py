@@ -1,19 +1,26 @@
 """The runs of the elastic band's validation, and what is read from them."""
+import math
 import re
 
 REFERENCE_DISPLACEMENT = 0.1767  # right face at mid-height, finite elements
 
+SIZES = (8, 12, 16, 20)
+
 RUNS = {
-    **{f"dynamic{n}": ["variant=dynamic", f"N={n}"] for n in (8, 12, 16)},
-    "static8": ["variant=static", "N=8", "deltaT=4e-4", "holdStrength=1000"],
-    "static12": ["variant=static", "N=12"],
-    "static16": ["variant=static", "N=16"],
+    **{f"dynamic{n}": ["variant=dynamic", f"N={n}"] for n in SIZES},
+    # Four times the step that the explicit scheme bears
+    **{
+        f"implicit{n}": ["variant=dynamic", f"N={n}", "implicitElastic=0.5", "outerCorrectors=2",
+                         f"deltaT={4 * 0.0256 / n:.6g}", "outputInterval=1"]
+        for n in SIZES
+    },
+    **{f"static{n}": ["variant=static", f"N={n}"] for n in SIZES},
     **{
         f"static12_{p}": ["variant=static", "N=12", f"pressureDifference={p}"]
         for p in (10, 40, 60)
     },
-    **{f"rupture{n}": ["variant=rupture", f"N={n}"] for n in (12, 16)},
-    **{f"notch{n}": ["variant=notch", f"N={n}"] for n in (12, 16)},
+    **{f"rupture{n}": ["variant=rupture", f"N={n}"] for n in (12, 16, 20)},
+    **{f"notch{n}": ["variant=notch", f"N={n}"] for n in (12, 16, 20)},
     "noDiagonals": ["variant=static", "N=12", "horizon=1.015"],
 }
 
@@ -61,11 +68,19 @@ def static_displacement(run):
     return run.table("rightFace")["displacement_x"][-1]
 
 
-def error_ratio(fine, coarse):
-    """Error of the fine run over that of the coarse one."""
-    return (static_displacement(fine) - REFERENCE_DISPLACEMENT) / (
-        static_displacement(coarse) - REFERENCE_DISPLACEMENT
-    )
+def order(*runs):
+    """Slope of the error over 1/N of the static runs, least squares in logarithms."""
+    x = [-math.log(n) for n in SIZES]
+    y = [math.log(abs(static_displacement(run) - REFERENCE_DISPLACEMENT)) for run in runs]
+    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum(
+        (a - mean_x) ** 2 for a in x)
+
+
+def envelope(coarse, fine):
+    """Largest displacement of one over that of the other, over both periods."""
+    return max(coarse.table("rightFace")["displacement_x"]) / max(
+        fine.table("rightFace")["displacement_x"])
 
 
 def completed(run):
@@ -108,6 +123,10 @@ def torn_in_two(run):
 
 def notch_time(run):
     return torn_in_two(run)[0]
+
+
+def notch_ratio(a, b):
+    return notch_time(a) / notch_time(b)
 
 
 def notch_asymmetry(run):

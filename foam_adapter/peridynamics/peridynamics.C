@@ -31,9 +31,12 @@ namespace
 
 using namespace Foam;
 
+//- Share of the step that linear theory gives which counts as stable
+constexpr scalar safety = 0.8;
+
 //- A fixed deltaT beyond the stable step by more than this, unstable even at
 //  rest, ends the run
-constexpr scalar allowedExcess = 2;
+constexpr scalar allowedExcess = 1/safety;
 
 //- From here on errors end the run. OpenFOAM makes warnings of those that a
 //  constructor meets, and would go on without the solid
@@ -116,7 +119,7 @@ void Foam::functionObjects::peridynamics::readCoupling()
     outputInterval_ = dict.integerOr(10, "outputInterval", 1);
     holdStrength_ = dict.numberOr
     (
-        1000, "holdStrength", range::above(0), dimless
+        10000, "holdStrength", range::above(0), dimless
     );
     implicitElastic_ = dict.numberOr
     (
@@ -351,6 +354,22 @@ void Foam::functionObjects::peridynamics::buildHolds()
 }
 
 
+Foam::scalar Foam::functionObjects::peridynamics::holdTime() const
+{
+    // What elastic waves at rest take across the smallest cell
+    scalar omega = 0;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        if (body.nMoving())
+        {
+            omega = max(omega, fastest(body, false));
+        }
+    }
+    reduce(omega, maxOp<scalar>());
+    return omega > 0 ? 1/omega : 0;
+}
+
+
 void Foam::functionObjects::peridynamics::appendSource()
 {
     fv::options& options = fv::options::New(mesh_);
@@ -380,27 +399,54 @@ void Foam::functionObjects::peridynamics::keepOldFields() const
 }
 
 
-void Foam::functionObjects::peridynamics::estimateSteps()
+Foam::scalar Foam::functionObjects::peridynamics::fastest
+(
+    const periFoam::solidBody& body,
+    const bool stretched
+) const
 {
-    // The fastest motion is a pressure wave of the solid as short as the
-    // kernel lets through. The scheme is stable for omega deltaT < 2; half of
-    // that is kept for stretch, which makes waves faster
-    elasticStep_ = stableStep_ = GREAT;
+    const scalar c = Foam::sqrt
+    (
+        periFoam::solidTerms::stiffest(body, stretched)
+       /body.options().density
+    );
+    return kernel_->steepest*c/smallestWidth_;
+}
+
+
+Foam::scalar
+Foam::functionObjects::peridynamics::levelOf(const label timeIndex) const
+{
+    return periFoam::forceLevel(mesh_, "ddt(" + UName_ + ")", timeIndex);
+}
+
+
+Foam::scalar Foam::functionObjects::peridynamics::stableStep
+(
+    const bool stretched
+) const
+{
+    // The fastest motion is an elastic wave as short as the kernel lets
+    // through; both schemes in time are stable for omega deltaT < 2, and as
+    // much faster when a share of the elasticity is implicit
+    scalar omega = 0, step = GREAT;
     for (const periFoam::solidBody& body : bodies_)
     {
-        if (body.nMoving() == 0)
+        if (body.nMoving())
         {
-            continue;
+            omega = max(omega, fastest(body, stretched));
+            step = min(step, body.springStep(rhoInf_));
         }
-        const scalar omega =
-            kernel_->steepest*body.waveSpeed()/smallestWidth_;
-        elasticStep_ = min(elasticStep_, 1/omega);
-        stableStep_ = min(stableStep_, body.springStep(rhoInf_));
     }
-    // Some ranks have no moving points
-    reduce(elasticStep_, minOp<scalar>());
-    reduce(stableStep_, minOp<scalar>());
-    stableStep_ = min(stableStep_, elasticStep_);
+    reduce(omega, maxOp<scalar>()); // some ranks have no moving points
+    reduce(step, minOp<scalar>());
+    const scalar explicitShare =
+        1 - 2*implicitElastic_/levelOf(max(time_.timeIndex(), 2));
+    if (explicitShare > 0 && omega > 0)
+    {
+        step = min(step, safety*2/(omega*Foam::sqrt(explicitShare)));
+    }
+    return step;
 }
 
 
@@ -414,16 +460,16 @@ void Foam::functionObjects::peridynamics::checkStep
     (
         allowUnstable_
      || capped
-     || deltaT <= allowedExcess*stableStep_
+     || deltaT <= allowedExcess*stepAtRest_
     )
     {
         return;
     }
     const periFoam::checkedDictionary control(time_.controlDict());
     OStringStream os;
-    os  << "the step that keeps the coupling stable is " << stableStep_
+    os  << "the step that keeps the coupling stable is " << stepAtRest_
         << " s; allowed: at most " << allowedExcess << " times that, "
-        << allowedExcess*stableStep_ << " s, or adjustTimeStep yes, or "
+        << allowedExcess*stepAtRest_ << " s, or adjustTimeStep yes, or "
         << "allowUnstable yes in coupling";
     control.refuse("deltaT", os.str());
 }
@@ -567,7 +613,7 @@ void Foam::functionObjects::peridynamics::beginStep()
     }
     askedIndex_ = time_.timeIndex();
     checkStep(false);
-    level_ = periFoam::forceLevel(mesh_, "ddt(" + UName_ + ")");
+    level_ = levelOf(time_.timeIndex());
     moveBy(velocity_, level_*time_.deltaTValue());
 }
 
@@ -647,7 +693,6 @@ void Foam::functionObjects::peridynamics::finishStep()
 {
     findMeanVelocity();
     endOn(firstWild());
-    moveBy(meanVelocity_, time_.deltaTValue());
     {
         stopwatch watch(wall_, TRANSFER);
         if (level_ != 1) // else it was sampled for the mean
@@ -655,11 +700,13 @@ void Foam::functionObjects::peridynamics::finishStep()
             transfer_->sample(U(), phi(), 1);
         }
         transfer_->interpolate(velocity_);
+        moveBy(meanVelocity_, time_.deltaTValue());
+        place("at the end of the step");
     }
     if (transfer_->smallestWidth() < smallestWidth_)
     {
         smallestWidth_ = transfer_->smallestWidth(); // a body met finer cells
-        estimateSteps();
+        stepAtRest_ = stableStep(false);
     }
     forAll(bodies_, i)
     {
@@ -752,6 +799,8 @@ void Foam::functionObjects::peridynamics::keepState()
     all.number("time", time_.value());
     all.integer("step", time_.timeIndex());
     all.number("smallestWidth", smallestWidth_);
+    all.number("stableStep", stableStep_);
+    all.number("holdTime", holdTime_);
     scene_.save(all);
 }
 
@@ -762,6 +811,8 @@ bool Foam::functionObjects::peridynamics::resume()
     all.number("time");
     all.integer("step");
     all.number("smallestWidth");
+    all.number("stableStep");
+    all.number("holdTime");
     if (!scene_.load(all))
     {
         return false;
@@ -771,6 +822,8 @@ bool Foam::functionObjects::peridynamics::resume()
     askedIndex_ = doneIndex_ = time_.timeIndex();
     doneTime_ = time_.value();
     smallestWidth_ = all.numberAt(2);
+    stableStep_ = all.numberAt(3);
+    holdTime_ = all.numberAt(4);
     return true;
 }
 
@@ -875,8 +928,9 @@ Foam::functionObjects::peridynamics::peridynamics
     askedIndex_(runTime.timeIndex()),
     doneIndex_(runTime.timeIndex()),
     doneTime_(runTime.value()),
-    elasticStep_(GREAT),
     stableStep_(GREAT),
+    stepAtRest_(GREAT),
+    holdTime_(0),
     smallestWidth_(GREAT),
     capping_(false),
     wall_(wordList({"solid", "transfer", "output", "flow"}))
@@ -886,13 +940,18 @@ Foam::functionObjects::peridynamics::peridynamics
     checkSolver();
     readBodies();
     checkPlaces();
-    buildHolds();
     const bool resumed = resume();
     place("before the first step");
     transfer_->weigh(position_);
     startVelocities(resumed);
     smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
-    estimateSteps();
+    stepAtRest_ = stableStep(false);
+    if (!resumed)
+    {
+        holdTime_ = holdTime();
+        stableStep_ = stepAtRest_;
+    }
+    buildHolds();
     checkStep(time_.isAdjustTimeStep());
     appendSource();
     keepOldFields();
@@ -948,7 +1007,7 @@ void Foam::functionObjects::peridynamics::addForce
 
     stopwatch watch(wall_, TRANSFER);
     const scalar strength = holdStrength_
-       /(elasticStep_ < GREAT ? elasticStep_ : time_.deltaTValue());
+       /(holdTime_ > 0 ? holdTime_ : time_.deltaTValue());
     terms_->add(eqn, rho, strength*heldShare_);
 }
 
@@ -1007,6 +1066,10 @@ bool Foam::functionObjects::peridynamics::execute()
 
     stopwatch watch(wall_, OUTPUT);
     const label step = time_.timeIndex();
+    if (step % outputInterval_ == 0 || time_.isAdjustTimeStep())
+    {
+        stableStep_ = stableStep(true);
+    }
     if (step % outputInterval_ == 0)
     {
         report_->writeRows(stableStep_);

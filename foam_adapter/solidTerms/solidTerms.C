@@ -49,6 +49,35 @@ scalar largestStretchSqr(const double* F, const label d)
     return largest;
 }
 
+//- Modulus of the points of a body as they are now
+class elasticity
+{
+    const pd_body_view& view_;
+    scalar bulk_, shear_;
+
+public:
+
+    explicit elasticity(const periFoam::solidBody& body)
+    :
+        view_(body.view())
+    {
+        body.moduli(bulk_, shear_);
+    }
+
+    scalar atRest() const
+    {
+        return shear_ + bulkShare*bulk_;
+    }
+
+    scalar operator()(const label p) const
+    {
+        const label d = view_.dimension;
+        const scalar stretchSqr =
+            view_.F ? largestStretchSqr(view_.F + p*d*d, d) : 1;
+        return stretchSqr*shear_ + bulkShare*bulk_;
+    }
+};
+
 } // End anonymous namespace
 
 
@@ -89,20 +118,10 @@ Foam::scalarField Foam::periFoam::solidTerms::moduli() const
     DynamicList<scalar> all;
     for (const solidBody& body : bodies_)
     {
-        const label d = body.view().dimension;
-        scalar bulk, shear;
-        body.moduli(bulk, shear);
+        const elasticity moduli(body);
         for (label p = 0; p < body.nMoving(); ++p)
         {
-            const double* F = body.view().F;
-            all.append
-            (
-                body.volume(p)
-               *(
-                    shear*(F ? largestStretchSqr(F + p*d*d, d) : 1)
-                  + bulkShare*bulk
-                )
-            );
+            all.append(body.volume(p)*moduli(p));
         }
     }
     return scalarField(std::move(all));
@@ -314,6 +333,22 @@ Foam::periFoam::solidTerms::solidTerms
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::scalar Foam::periFoam::solidTerms::stiffest
+(
+    const solidBody& body,
+    const bool stretched
+)
+{
+    const elasticity moduli(body);
+    scalar largest = moduli.atRest();
+    for (label p = 0; stretched && p < body.nMoving(); ++p)
+    {
+        largest = max(largest, moduli(p));
+    }
+    return largest;
+}
+
 
 void Foam::periFoam::solidTerms::addConvection
 (

@@ -21,16 +21,12 @@ using namespace Foam;
 scalar offCentring(ITstream& scheme)
 {
     scalar psi = 1;
-    for (; !scheme.eof() && scheme.nRemainingTokens(); )
+    while (scheme.nRemainingTokens() > 0)
     {
         const token t(scheme);
         if (t.isNumber())
         {
             psi = t.number();
-        }
-        else if (t.isWord() && t.wordToken() == "ocCoeff")
-        {
-            continue;
         }
     }
     return min(max(psi, scalar(0)), scalar(1));
@@ -44,10 +40,11 @@ scalar offCentring(ITstream& scheme)
 Foam::scalar Foam::periFoam::forceLevel
 (
     const fvMesh& mesh,
-    const word& derivative
+    const word& derivative,
+    const label timeIndex
 )
 {
-    if (mesh.time().timeIndex() < 2)
+    if (timeIndex < 2)
     {
         return 0.5;
     }
