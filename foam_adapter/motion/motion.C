@@ -125,7 +125,11 @@ Foam::periFoam::motion::motion
     time_(startTime),
     moved_(Zero),
     turned_(tensor::I),
-    start_(startTime)
+    speed_(Zero),
+    spin_(Zero),
+    start_(startTime),
+    stiffness_(-1),
+    damping_(-1)
 {
     const word type
     (
@@ -148,6 +152,21 @@ Foam::periFoam::motion::motion
     {
         readRotation(dict, directions);
     }
+    const dimensionSet dimForceDensity(dimForce/dimVolume);
+    if (dict.found("stiffness"))
+    {
+        stiffness_ = dict.number
+        (
+            "stiffness", range::above(0), dimForceDensity/dimLength
+        );
+    }
+    if (dict.found("damping"))
+    {
+        damping_ = dict.number
+        (
+            "damping", range::atLeast(0), dimDensity/dimTime
+        );
+    }
 }
 
 
@@ -169,6 +188,50 @@ void Foam::periFoam::motion::moveTo(const scalar time)
         turned_ = quaternion(axis_, angle_->value(time)).R();
     }
     time_ = time;
+}
+
+
+Foam::scalar Foam::periFoam::motion::stiffness
+(
+    const scalar rho,
+    const scalar deltaT
+) const
+{
+    return stiffness_ < 0 ? rho/(8*sqr(deltaT)) : stiffness_;
+}
+
+
+Foam::scalar Foam::periFoam::motion::damping
+(
+    const scalar rho,
+    const scalar deltaT
+) const
+{
+    // Half of critical, for a point whose mass is its own
+    return
+        damping_ < 0
+      ? Foam::sqrt(stiffness(rho, deltaT)*rho)
+      : damping_;
+}
+
+
+void Foam::periFoam::motion::findVelocity(const scalar deltaT)
+{
+    const sigFpe::ignore untrapped; // as in moveTo
+    const scalar before = max(time_ - deltaT, start_);
+    if (velocity_.valid())
+    {
+        speed_ = velocity_->value(time_);
+    }
+    else if (before < time_ && displacement_.valid())
+    {
+        speed_ = (moved_ - displacement_->value(before))/(time_ - before);
+    }
+    else if (before < time_ && angle_.valid())
+    {
+        const tensor then(quaternion(axis_, angle_->value(before)).R());
+        spin_ = (turned_ - then)/(time_ - before);
+    }
 }
 
 
