@@ -17,11 +17,11 @@ Description
 namespace
 {
 
-//- Share of the springs' force that becomes steady each step. A spring whose
-//  mass is m times that of its points swings up if this is above m^-1 eta
-//  deltaT/rho, 0.35/m with the default damping; thin layers move as much of
-//  the fluid around as m = 50
-constexpr Foam::scalar steadyShare = 0.005;
+//- Share of the springs' force that becomes steady each step. With m times the
+//  mass of its points to move, a spring is stable while this is below
+//  eta deltaT/(rho m), which is 0.5/m by default; a layer of points may move
+//  50 times its own mass of solid and fluid
+constexpr Foam::scalar steadyShare = 0.01;
 
 } // End anonymous namespace
 
