@@ -515,10 +515,11 @@ typedef struct {
 #define PD_MAX_NOTES 64
 
 /*
- * Let checkpoints of a body carry numbers of the caller's points beside its state, as saved
- * and into the same place when loaded: one array a body, kept->of PD_OF_POINTS. *kept is
- * copied; its texts and values stay the caller's, as long as the body. Every rank keeps the
- * same, with its own n and values. Errors: PD_BAD_ARGUMENT (of bonds; no values; no width).
+ * Let checkpoints of a body carry numbers of the caller's points beside its state, as
+ * saved and into the same place when loaded: one array a body, kept->of PD_OF_POINTS.
+ * *kept is copied; its texts and values stay the caller's, as long as the body. Every
+ * rank keeps the same, with its own n and values. Errors: PD_BAD_ARGUMENT (of bonds; no
+ * values; no width).
  */
 PD_API pd_status pd_body_keep(pd_body *body, const pd_kept *kept);
 
