@@ -92,20 +92,6 @@ void Foam::periFoam::solidBody::addPulls(UList<vector>& force)
 }
 
 
-void Foam::periFoam::solidBody::steadyPulls()
-{
-    const label d = view_.dimension;
-    forAll(prescribedPoint_, k)
-    {
-        for (label a = 0; fluid_ && a < d; ++a)
-        {
-            steadyPull_[prescribedPoint_[k]*d + a] +=
-                steadyShare*pullLag_[k*d + a];
-        }
-    }
-}
-
-
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
 
 void Foam::periFoam::solidBody::setPulls
@@ -116,13 +102,14 @@ void Foam::periFoam::solidBody::setPulls
 )
 {
     const label d = view_.dimension;
+    const scalar inertia = min(rho, options().density);
     setMotions(time);
     forAll(motions_, i)
     {
         motion& m = motions_[i];
         m.findVelocity(deltaT);
-        pullStiffness_[i] = m.stiffness(rho, deltaT);
-        pullDamping_[i] = m.damping(rho, deltaT);
+        pullStiffness_[i] = m.stiffness(inertia, deltaT);
+        pullDamping_[i] = m.damping(inertia, deltaT);
         forAll(m.points(), k)
         {
             const vector v(m.velocity(reference(m.points()[k])));
@@ -134,6 +121,20 @@ void Foam::periFoam::solidBody::setPulls
                         v[directions_[a]];
                 }
             }
+        }
+    }
+}
+
+
+void Foam::periFoam::solidBody::steadyPulls()
+{
+    const label d = view_.dimension;
+    forAll(prescribedPoint_, k)
+    {
+        for (label a = 0; a < d; ++a)
+        {
+            steadyPull_[prescribedPoint_[k]*d + a] +=
+                steadyShare*pullLag_[k*d + a];
         }
     }
 }
