@@ -20,8 +20,8 @@ namespace
 //- Share of the springs' force that becomes steady each step. With m times the
 //  mass of its points to move, a spring is stable while this is below
 //  eta deltaT/(rho m), which is 0.5/m by default; a layer of points may move
-//  50 times its own mass of solid and fluid
-constexpr Foam::scalar steadyShare = 0.01;
+//  250 times its own mass of solid and fluid. 0.01 blows a nearly rigid block up
+constexpr Foam::scalar steadyShare = 0.002;
 
 } // End anonymous namespace
 
