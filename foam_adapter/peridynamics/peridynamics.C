@@ -632,10 +632,9 @@ void Foam::functionObjects::peridynamics::evaluateForces()
         forAll(bodies_, i)
         {
             SubList<vector> force(ofBody(force_, i));
-            pd_status status = bodies_[i].setLoads
-            (
-                time_.value() - (1 - level_)*deltaT
-            );
+            const scalar time = time_.value() - (1 - level_)*deltaT;
+            bodies_[i].setPulls(time, deltaT, rhoInf_);
+            pd_status status = bodies_[i].setLoads(time);
             if (status.code == PD_OK)
             {
                 status = bodies_[i].forces(force);
@@ -711,6 +710,7 @@ void Foam::functionObjects::peridynamics::finishStep()
     forAll(bodies_, i)
     {
         bodies_[i].setVelocity(ofBody(velocity_, i));
+        bodies_[i].steadyPulls();
         bodies_[i].keep();
     }
     terms_->finish(U());

@@ -346,7 +346,7 @@ void Foam::periFoam::report::writeMotionRow(table& t)
 {
     const solidBody& body = scene_.bodies()[t.bodyi];
     vector force, displacement;
-    body.reaction(body.motions()[t.i], force, displacement);
+    body.reaction(t.i, force, displacement);
     writeCurrentTime(t.file());
     writeVector(t.file(), force);
     writeVector(t.file(), displacement);

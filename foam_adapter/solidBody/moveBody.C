@@ -5,11 +5,26 @@ License
     GPL-3.0-or-later, see LICENSE.
 
 Description
-    A body that moves by itself, without a fluid.
+    How a body moves by itself, without a fluid; and how motions pull it along
+    in one, where its points move with the fluid.
 
 \*---------------------------------------------------------------------------*/
 
 #include "solidBody.H"
+
+// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
+
+namespace
+{
+
+//- Share of the springs' force that becomes steady each step. With m times the
+//  mass of its points to move, a spring is stable while this is below
+//  eta deltaT/(rho m), which is 0.5/m by default; a layer of points may move
+//  250 times its own mass of solid and fluid. 0.01 blows a nearly rigid block up
+constexpr Foam::scalar steadyShare = 0.002;
+
+} // End anonymous namespace
+
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
@@ -47,7 +62,83 @@ pd_prescribed Foam::periFoam::solidBody::prescribed() const
 }
 
 
+void Foam::periFoam::solidBody::addPulls(UList<vector>& force)
+{
+    const label d = view_.dimension;
+    forAll(motions_, i)
+    {
+        const labelList& points = motions_[i].points();
+        forAll(points, k)
+        {
+            const label p = points[k];
+            for (label a = 0; a < d; ++a)
+            {
+                if (!motions_[i].axes().found(directions_[a]))
+                {
+                    continue;
+                }
+                const label at = prescribedOf_[i][k]*d + a;
+                pullLag_[at] =
+                    pullStiffness_[i]
+                   *(view_.y[p*d + a] - prescribedPlace_[at]);
+                pull_[at] =
+                  - pullLag_[at]
+                  - pullDamping_[i]*(view_.v[p*d + a] - pullVelocity_[at])
+                  - steadyPull_[p*d + a];
+                force[p][directions_[a]] += volume(p)*pull_[at];
+            }
+        }
+    }
+}
+
+
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+void Foam::periFoam::solidBody::setPulls
+(
+    const scalar time,
+    const scalar deltaT,
+    const scalar rho
+)
+{
+    const label d = view_.dimension;
+    const scalar inertia = min(rho, options().density);
+    setMotions(time);
+    forAll(motions_, i)
+    {
+        motion& m = motions_[i];
+        m.findVelocity(deltaT);
+        pullStiffness_[i] = m.stiffness(inertia, deltaT);
+        pullDamping_[i] = m.damping(inertia, deltaT);
+        forAll(m.points(), k)
+        {
+            const vector v(m.velocity(reference(m.points()[k])));
+            for (label a = 0; a < d; ++a)
+            {
+                if (m.axes().found(directions_[a]))
+                {
+                    pullVelocity_[prescribedOf_[i][k]*d + a] =
+                        v[directions_[a]];
+                }
+            }
+        }
+    }
+}
+
+
+void Foam::periFoam::solidBody::steadyPulls()
+{
+    const label d = view_.dimension;
+    forAll(prescribedPoint_, k)
+    {
+        for (label a = 0; a < d; ++a)
+        {
+            steadyPull_[prescribedPoint_[k]*d + a] +=
+                steadyShare*pullLag_[k*d + a];
+        }
+    }
+}
+
 
 void Foam::periFoam::solidBody::keep()
 {
@@ -129,22 +220,25 @@ pd_status Foam::periFoam::solidBody::relax
 
 void Foam::periFoam::solidBody::reaction
 (
-    const motion& m,
+    const label motioni,
     vector& force,
     vector& displacement
 ) const
 {
     force = displacement = vector::zero;
     const label d = view_.dimension;
-    for (const label p : m.points())
+    const motion& m = motions_[motioni];
+    forAll(m.points(), k)
     {
+        const label p = m.points()[k], at = prescribedOf_[motioni][k]*d;
         displacement += position(p) - reference(p);
         for (label a = 0; a < d; ++a)
         {
             const label axis = directions_[a];
             if (m.axes().found(axis))
             {
-                force[axis] -= volume(p)*view_.force[p*d + a];
+                force[axis] +=
+                    volume(p)*(fluid_ ? pull_[at + a] : -view_.force[p*d + a]);
             }
         }
     }

@@ -476,15 +476,6 @@ void Foam::periFoam::solidBody::readMotions
         return;
     }
     const checkedDictionary motions(dict_.sub("motions"));
-    if (fluid_)
-    {
-        dict_.refuse
-        (
-            "motions",
-            "allowed: in runs without a fluid (periSolidFoam); here the fluid"
-            " moves the body"
-        );
-    }
     for (const word& name : motions.subNames())
     {
         const checkedDictionary dict(motions.sub(name));
@@ -514,6 +505,10 @@ void Foam::periFoam::solidBody::readMotions
         motions_.append(m.release());
     }
     gatherMotions();
+    if (fluid_)
+    {
+        preparePulls();
+    }
 }
 
 
@@ -556,6 +551,30 @@ void Foam::periFoam::solidBody::gatherMotions()
     prescribedPoint_ = points;
     prescribedAxes_ = axes;
     prescribedPlace_.resize(points.size()*view_.dimension, Zero);
+}
+
+
+void Foam::periFoam::solidBody::preparePulls()
+{
+    pullStiffness_.resize(motions_.size(), Zero);
+    pullDamping_.resize(motions_.size(), Zero);
+    pullVelocity_.resize(prescribedPlace_.size(), Zero);
+    pull_.resize(prescribedPlace_.size(), Zero);
+    pullLag_.resize(prescribedPlace_.size(), Zero);
+    steadyPull_.resize(view_.n_moving*view_.dimension + 1, Zero); // never empty
+    pd_kept kept{};
+    kept.name = "steadyPull";
+    kept.unit = "N/m3";
+    kept.description = "force density that motions in a fluid have come to";
+    kept.of = pd_kept::PD_OF_POINTS;
+    kept.width = view_.dimension;
+    kept.n = view_.n_moving;
+    kept.values = steadyPull_.data();
+    const pd_status status = pd_body_keep(body_, &kept);
+    if (status.code != PD_OK)
+    {
+        FatalErrorInFunction << status.message << exit(FatalError);
+    }
 }
 
 
