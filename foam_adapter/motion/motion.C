@@ -127,9 +127,7 @@ Foam::periFoam::motion::motion
     turned_(tensor::I),
     speed_(Zero),
     spin_(Zero),
-    start_(startTime),
-    stiffness_(-1),
-    damping_(-1)
+    start_(startTime)
 {
     const word type
     (
@@ -152,21 +150,6 @@ Foam::periFoam::motion::motion
     {
         readRotation(dict, directions);
     }
-    const dimensionSet dimForceDensity(dimForce/dimVolume);
-    if (dict.found("stiffness"))
-    {
-        stiffness_ = dict.number
-        (
-            "stiffness", range::above(0), dimForceDensity/dimLength
-        );
-    }
-    if (dict.found("damping"))
-    {
-        damping_ = dict.number
-        (
-            "damping", range::atLeast(0), dimDensity/dimTime
-        );
-    }
 }
 
 
@@ -188,33 +171,6 @@ void Foam::periFoam::motion::moveTo(const scalar time)
         turned_ = quaternion(axis_, angle_->value(time)).R();
     }
     time_ = time;
-}
-
-
-Foam::scalar Foam::periFoam::motion::stiffness
-(
-    const scalar rho,
-    const scalar deltaT
-) const
-{
-    // Four times that of [kim2023] eq. 23: thin layers give way less. The
-    // midpoint rule allows eight times as much
-    return stiffness_ < 0 ? rho/(2*sqr(deltaT)) : stiffness_;
-}
-
-
-Foam::scalar Foam::periFoam::motion::damping
-(
-    const scalar rho,
-    const scalar deltaT
-) const
-{
-    // With the default stiffness rho/(2 deltaT): together they take 1.5 of
-    // the 4 that k deltaT^2/rho + 2 eta deltaT/rho may be
-    return
-        damping_ < 0
-      ? Foam::sqrt(stiffness(rho, deltaT)*rho/2)
-      : damping_;
 }
 
 

@@ -31,12 +31,17 @@ namespace
 
 using namespace Foam;
 
-//- Share of the step that linear theory gives which counts as stable
-constexpr scalar safety = 0.8;
-
 //- A fixed deltaT beyond the stable step by more than this, unstable even at
 //  rest, ends the run
-constexpr scalar allowedExcess = 1/safety;
+constexpr scalar allowedExcess = 1.25;
+
+//- Largest stable omega deltaT of the coupling, by a sixth less than measured
+//  (docs/limits.md). The schemes alone bear 2 without any damping; in the flow
+//  slow growth is left, which viscosity takes away. damping: nu/(h^2 omega)
+scalar stablePhase(const scalar damping)
+{
+    return 0.75 + 1.5*damping/(damping + 0.008);
+}
 
 //- From here on errors end the run. OpenFOAM makes warnings of those that a
 //  constructor meets, and would go on without the solid
@@ -421,14 +426,23 @@ Foam::functionObjects::peridynamics::levelOf(const label timeIndex) const
 }
 
 
+Foam::scalar Foam::functionObjects::peridynamics::smallestNu() const
+{
+    const word name("nu");
+    return
+        foundObject<volScalarField>(name)
+      ? gMin(lookupObject<volScalarField>(name).primitiveField())
+      : 0;
+}
+
+
 Foam::scalar Foam::functionObjects::peridynamics::stableStep
 (
     const bool stretched
 ) const
 {
     // The fastest motion is an elastic wave as short as the kernel lets
-    // through; both schemes in time are stable for omega deltaT < 2, and as
-    // much faster when a share of the elasticity is implicit
+    // through, as much slower when a share of the elasticity is implicit
     scalar omega = 0, step = GREAT;
     for (const periFoam::solidBody& body : bodies_)
     {
@@ -444,7 +458,11 @@ Foam::scalar Foam::functionObjects::peridynamics::stableStep
         1 - 2*implicitElastic_/levelOf(max(time_.timeIndex(), 2));
     if (explicitShare > 0 && omega > 0)
     {
-        step = min(step, safety*2/(omega*Foam::sqrt(explicitShare)));
+        const scalar damping = smallestNu()/(sqr(smallestWidth_)*omega);
+        step = min
+        (
+            step, stablePhase(damping)/(omega*Foam::sqrt(explicitShare))
+        );
     }
     return step;
 }
@@ -567,13 +585,18 @@ void Foam::functionObjects::peridynamics::place(const char* when)
 void Foam::functionObjects::peridynamics::moveBy
 (
     const UList<vector>& v,
-    const scalar deltaT
+    const scalar share
 )
 {
+    const scalar deltaT = time_.deltaTValue();
+    const scalar time = time_.value() - (1 - share)*deltaT;
     label start = 0;
     for (periFoam::solidBody& body : bodies_)
     {
-        body.moveBy(SubList<vector>(v, body.nMoving(), start), deltaT);
+        body.moveBy
+        (
+            SubList<vector>(v, body.nMoving(), start), share*deltaT, time
+        );
         start += body.nMoving();
     }
 }
@@ -614,7 +637,7 @@ void Foam::functionObjects::peridynamics::beginStep()
     askedIndex_ = time_.timeIndex();
     checkStep(false);
     level_ = levelOf(time_.timeIndex());
-    moveBy(velocity_, level_*time_.deltaTValue());
+    moveBy(velocity_, level_);
 }
 
 
@@ -633,7 +656,7 @@ void Foam::functionObjects::peridynamics::evaluateForces()
         {
             SubList<vector> force(ofBody(force_, i));
             const scalar time = time_.value() - (1 - level_)*deltaT;
-            bodies_[i].setPulls(time, deltaT, rhoInf_);
+            bodies_[i].dragAlong(deltaT, rhoInf_);
             pd_status status = bodies_[i].setLoads(time);
             if (status.code == PD_OK)
             {
@@ -699,7 +722,7 @@ void Foam::functionObjects::peridynamics::finishStep()
             transfer_->sample(U(), phi(), 1);
         }
         transfer_->interpolate(velocity_);
-        moveBy(meanVelocity_, time_.deltaTValue());
+        moveBy(meanVelocity_, 1);
         place("at the end of the step");
     }
     if (transfer_->smallestWidth() < smallestWidth_)
@@ -710,7 +733,6 @@ void Foam::functionObjects::peridynamics::finishStep()
     forAll(bodies_, i)
     {
         bodies_[i].setVelocity(ofBody(velocity_, i));
-        bodies_[i].steadyPulls();
         bodies_[i].keep();
     }
     terms_->finish(U());
@@ -1000,7 +1022,7 @@ void Foam::functionObjects::peridynamics::addForce
         else
         {
             findMeanVelocity();
-            moveBy(meanVelocity_, level_*time_.deltaTValue());
+            moveBy(meanVelocity_, level_);
         }
         evaluateForces();
     }
@@ -1093,6 +1115,7 @@ bool Foam::functionObjects::peridynamics::write()
         stopwatch watch(wall_, OUTPUT);
         writeFields();
         keepState();
+        terms_->write();
     }
     return true;
 }

@@ -5,26 +5,11 @@ License
     GPL-3.0-or-later, see LICENSE.
 
 Description
-    How a body moves by itself, without a fluid; and how motions pull it along
-    in one, where its points move with the fluid.
+    How a body moves by itself, without a fluid; and what motions do in one.
 
 \*---------------------------------------------------------------------------*/
 
 #include "solidBody.H"
-
-// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
-
-namespace
-{
-
-//- Share of the springs' force that becomes steady each step. With m times the
-//  mass of its points to move, a spring is stable while this is below
-//  eta deltaT/(rho m), which is 0.5/m by default; a layer of points may move
-//  250 times its own mass of solid and fluid. 0.01 blows a nearly rigid block up
-constexpr Foam::scalar steadyShare = 0.002;
-
-} // End anonymous namespace
-
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
@@ -62,7 +47,29 @@ pd_prescribed Foam::periFoam::solidBody::prescribed() const
 }
 
 
-void Foam::periFoam::solidBody::addPulls(UList<vector>& force)
+void Foam::periFoam::solidBody::placeMotions(const scalar time)
+{
+    setMotions(time);
+    const label d = view_.dimension;
+    forAll(motions_, i)
+    {
+        const labelList& points = motions_[i].points();
+        forAll(points, k)
+        {
+            for (label a = 0; a < d; ++a)
+            {
+                if (motions_[i].axes().found(directions_[a]))
+                {
+                    view_.y[points[k]*d + a] =
+                        prescribedPlace_[prescribedOf_[i][k]*d + a];
+                }
+            }
+        }
+    }
+}
+
+
+void Foam::periFoam::solidBody::setPulls(UList<vector>& force)
 {
     const label d = view_.dimension;
     forAll(motions_, i)
@@ -73,19 +80,13 @@ void Foam::periFoam::solidBody::addPulls(UList<vector>& force)
             const label p = points[k];
             for (label a = 0; a < d; ++a)
             {
-                if (!motions_[i].axes().found(directions_[a]))
+                if (motions_[i].axes().found(directions_[a]))
                 {
-                    continue;
+                    const label at = prescribedOf_[i][k]*d + a;
+                    pull_[at] =
+                        dragging_*(pullVelocity_[at] - view_.v[p*d + a]);
+                    force[p][directions_[a]] = volume(p)*pull_[at];
                 }
-                const label at = prescribedOf_[i][k]*d + a;
-                pullLag_[at] =
-                    pullStiffness_[i]
-                   *(view_.y[p*d + a] - prescribedPlace_[at]);
-                pull_[at] =
-                  - pullLag_[at]
-                  - pullDamping_[i]*(view_.v[p*d + a] - pullVelocity_[at])
-                  - steadyPull_[p*d + a];
-                force[p][directions_[a]] += volume(p)*pull_[at];
             }
         }
     }
@@ -94,22 +95,20 @@ void Foam::periFoam::solidBody::addPulls(UList<vector>& force)
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
 
-void Foam::periFoam::solidBody::setPulls
+void Foam::periFoam::solidBody::dragAlong
 (
-    const scalar time,
     const scalar deltaT,
     const scalar rho
 )
 {
     const label d = view_.dimension;
-    const scalar inertia = min(rho, options().density);
-    setMotions(time);
+
+    // A quarter of what an explicit drag may be
+    dragging_ = min(rho, options().density)/(2*deltaT);
     forAll(motions_, i)
     {
         motion& m = motions_[i];
         m.findVelocity(deltaT);
-        pullStiffness_[i] = m.stiffness(inertia, deltaT);
-        pullDamping_[i] = m.damping(inertia, deltaT);
         forAll(m.points(), k)
         {
             const vector v(m.velocity(reference(m.points()[k])));
@@ -121,20 +120,6 @@ void Foam::periFoam::solidBody::setPulls
                         v[directions_[a]];
                 }
             }
-        }
-    }
-}
-
-
-void Foam::periFoam::solidBody::steadyPulls()
-{
-    const label d = view_.dimension;
-    forAll(prescribedPoint_, k)
-    {
-        for (label a = 0; a < d; ++a)
-        {
-            steadyPull_[prescribedPoint_[k]*d + a] +=
-                steadyShare*pullLag_[k*d + a];
         }
     }
 }
@@ -238,7 +223,8 @@ void Foam::periFoam::solidBody::reaction
             if (m.axes().found(axis))
             {
                 force[axis] +=
-                    volume(p)*(fluid_ ? pull_[at + a] : -view_.force[p*d + a]);
+                    volume(p)
+                   *((fluid_ ? pull_[at + a] : 0) - view_.force[p*d + a]);
             }
         }
     }

@@ -556,25 +556,8 @@ void Foam::periFoam::solidBody::gatherMotions()
 
 void Foam::periFoam::solidBody::preparePulls()
 {
-    pullStiffness_.resize(motions_.size(), Zero);
-    pullDamping_.resize(motions_.size(), Zero);
     pullVelocity_.resize(prescribedPlace_.size(), Zero);
     pull_.resize(prescribedPlace_.size(), Zero);
-    pullLag_.resize(prescribedPlace_.size(), Zero);
-    steadyPull_.resize(view_.n_moving*view_.dimension + 1, Zero); // never empty
-    pd_kept kept{};
-    kept.name = "steadyPull";
-    kept.unit = "N/m3";
-    kept.description = "force density that motions in a fluid have come to";
-    kept.of = pd_kept::PD_OF_POINTS;
-    kept.width = view_.dimension;
-    kept.n = view_.n_moving;
-    kept.values = steadyPull_.data();
-    const pd_status status = pd_body_keep(body_, &kept);
-    if (status.code != PD_OK)
-    {
-        FatalErrorInFunction << status.message << exit(FatalError);
-    }
 }
 
 

@@ -567,20 +567,6 @@ Foam::scalar Foam::periFoam::solidBody::springStep(const scalar rho) const
         step = min(step, Foam::sqrt(rho/t.stiffness));
         eta = max(eta, options().damping + t.damping);
     }
-    const scalar inertia = min(rho, options().density);
-    for (const motion& m : motions_)
-    {
-        // What follows deltaT keeps to the limits whatever deltaT is; but
-        // damping takes a share of its limit, which is not left to the body's
-        const scalar share =
-            m.dampingSuitsStep() ? m.damping(inertia, 1)/inertia : scalar(0);
-        const scalar own = m.dampingSuitsStep() ? 0 : m.damping(inertia, 1);
-        if (!m.suitsStep())
-        {
-            step = min(step, Foam::sqrt(inertia/m.stiffness(inertia, 1)));
-        }
-        eta = max(eta, (options().damping + own)/(1 - share));
-    }
     return eta > 0 ? min(step, rho/eta) : step;
 }
 
@@ -588,7 +574,8 @@ Foam::scalar Foam::periFoam::solidBody::springStep(const scalar rho) const
 void Foam::periFoam::solidBody::moveBy
 (
     const UList<vector>& v,
-    const scalar deltaT
+    const scalar deltaT,
+    const scalar time
 )
 {
     const label d = view_.dimension;
@@ -599,6 +586,7 @@ void Foam::periFoam::solidBody::moveBy
             view_.y[p*d + a] = start_[p*d + a] + deltaT*v[p][directions_[a]];
         }
     }
+    placeMotions(time);
 }
 
 
@@ -668,7 +656,7 @@ pd_status Foam::periFoam::solidBody::forces(UList<vector>& force)
                 );
         }
     }
-    addPulls(force);
+    setPulls(force);
     return status;
 }
 

@@ -24,8 +24,12 @@ namespace
 using namespace Foam;
 
 //- What incompressible flow leaves of the resistance to changes of volume: its
-//  velocities have no divergence, but what points take from them has a little
-constexpr scalar bulkShare = 0.03;
+//  velocities have no divergence, but what points take from them has a little.
+//  Fitted to measured limits of the step (docs/limits.md)
+scalar felt(const scalar bulk, const scalar shear)
+{
+    return sqr(bulk)/(bulk + 200*shear);
+}
 
 //- A bound of the square of the largest stretch: the largest sum of a row's
 //  magnitudes of C = F^T F, at least 1
@@ -66,7 +70,7 @@ public:
 
     scalar atRest() const
     {
-        return shear_ + bulkShare*bulk_;
+        return shear_ + felt(bulk_, shear_);
     }
 
     scalar operator()(const label p) const
@@ -74,7 +78,7 @@ public:
         const label d = view_.dimension;
         const scalar stretchSqr =
             view_.F ? largestStretchSqr(view_.F + p*d*d, d) : 1;
-        return stretchSqr*shear_ + bulkShare*bulk_;
+        return stretchSqr*shear_ + felt(bulk_, shear_);
     }
 };
 
@@ -197,10 +201,10 @@ void Foam::periFoam::solidTerms::makeFields(const fvMatrix<vector>& eqn)
     IOobject io
     (
         "periFoamRest",
-        mesh_.time().timeName(),
+        Time::timeName(mesh_.time().startTime().value()),
         mesh_,
         IOobject::READ_IF_PRESENT,
-        IOobject::AUTO_WRITE
+        IOobject::NO_WRITE // the solver writes before the step is complete
     );
     rest_.reset
     (
@@ -251,6 +255,7 @@ void Foam::periFoam::solidTerms::predict
 )
 {
     volVectorField& change = change_();
+    change == dimensionedVector(dimVelocity, Zero); // also in a run resumed
     const dimensionSet perVolume(rest_().dimensions());
     const volScalarField g
     (
@@ -458,6 +463,16 @@ void Foam::periFoam::solidTerms::finish(const volVectorField& U)
     {
         rest_->primitiveFieldRef() =
             restOf(inertia(U, density_)())/mesh_.V();
+    }
+}
+
+
+void Foam::periFoam::solidTerms::write()
+{
+    if (rest_.valid())
+    {
+        rest_->instance() = mesh_.time().timeName();
+        rest_->write();
     }
 }
 

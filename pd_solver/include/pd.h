@@ -136,7 +136,7 @@ PD_API double pd_kappa_stab(double G, double nu_stab);
 
 typedef struct pd_body pd_body;
 
-/* Numbers that a formulation, or the caller, keeps from step to step, for checkpoints. */
+/* Numbers that a formulation keeps from step to step, for checkpoints. */
 typedef struct {
     const char *name, *unit, *description;
     enum { PD_OF_POINTS = 0, PD_OF_PAIRS } of;
@@ -513,15 +513,6 @@ typedef struct {
 } pd_note;
 
 #define PD_MAX_NOTES 64
-
-/*
- * Let checkpoints of a body carry numbers of the caller's points beside its state, as
- * saved and into the same place when loaded: one array a body, kept->of PD_OF_POINTS.
- * *kept is copied; its texts and values stay the caller's, as long as the body. Every
- * rank keeps the same, with its own n and values. Errors: PD_BAD_ARGUMENT (of bonds; no
- * values; no width).
- */
-PD_API pd_status pd_body_keep(pd_body *body, const pd_kept *kept);
 
 /*
  * Save the state of a body after pd_body_forces or a step, with notes[n_notes], in one

@@ -64,8 +64,6 @@ struct pd_body {
 
     void *own; /* the formulation's, freed by its release; or NULL */
 
-    pd_kept callers; /* of pd_body_keep; values NULL: nothing */
-
     /* correspondence */
     double *K_inverse;      /* [n_local][d][d], m-(d+2); 0 where K is near singular */
     double *Q;              /* [n_local][d][d] P K^-1 */

@@ -92,20 +92,7 @@ static double *array_of(const pd_body *b, const point_array *a)
 static int kept_of(pd_body *b, pd_kept *kept)
 {
     const pd_formulation *f = b->options.formulation;
-    int n = f->keep ? f->keep(b, kept) : 0;
-    if (b->callers.values)
-        kept[n++] = b->callers;
-    return n;
-}
-
-pd_status pd_body_keep(pd_body *b, const pd_kept *kept)
-{
-    if (kept->of != PD_OF_POINTS || !kept->values || kept->width < 1)
-        return pd_status_fail(PD_BAD_ARGUMENT, -1,
-                              "numbers to be kept; allowed: of points, with values and a "
-                              "width of at least 1");
-    b->callers = *kept;
-    return pd_status_ok();
+    return f->keep ? f->keep(b, kept) : 0;
 }
 
 /* ---- points and bonds ---- */

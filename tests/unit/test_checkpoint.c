@@ -465,9 +465,6 @@ static void weights_do_not_depend_on_what_is_broken(void **state)
 
 /* ---- notes and facts ---- */
 
-static const run plain = {"correspondence", 2,   "correspondence",
-                          "neoHookean",     {0}, .stretch = 1.09};
-
 static void notes_come_back(void **state)
 {
     pd_body *body = begin(&runs[2]);
@@ -505,37 +502,6 @@ static void notes_come_back(void **state)
     pd_body_destroy(again);
 }
 
-/* Of the first points only, as those of moving points are. */
-static void callers_numbers_come_back(void **state)
-{
-    run r = plain;
-    r.held = true;
-    pd_body *body = begin(&r), *again = begin(&r);
-    const size_t n = 2 * (size_t)pd_body_fields(body).n_moving;
-    assert_true(pd_body_fields(body).n_moving < pd_body_fields(body).n_owned);
-    double *values = calloc(2 * n, sizeof *values), *back = values + n;
-    for (size_t k = 0; k < n; k++)
-        values[k] = sin(1.0 + (double)k);
-    pd_kept kept = {"pull", "N/m3",          "of a test", PD_OF_POINTS,
-                    2,      (pd_local)n / 2, false,       values};
-    assert_ok(pd_body_keep(body, &kept));
-    assert_ok(pd_body_forces(body));
-    assert_ok(pd_checkpoint_save(body, path, 0, NULL));
-    kept.values = back;
-    assert_ok(pd_body_keep(again, &kept));
-    assert_ok(pd_checkpoint_load(again, path, 0, NULL));
-    assert_memory_equal(values, back, n * sizeof *values);
-
-    kept.of = PD_OF_PAIRS;
-    assert_int_equal(pd_body_keep(again, &kept).code, PD_BAD_ARGUMENT);
-    kept.of = PD_OF_POINTS;
-    kept.values = NULL;
-    assert_int_equal(pd_body_keep(again, &kept).code, PD_BAD_ARGUMENT);
-    pd_body_destroy(body);
-    pd_body_destroy(again);
-    free(values);
-}
-
 /* ---- what does not fit ---- */
 
 static void assert_error(pd_status status, const char *why)
@@ -545,6 +511,9 @@ static void assert_error(pd_status status, const char *why)
         fail_msg("expected '%s', got code %d '%s'", why, (int)status.code,
                  status.message);
 }
+
+static const run plain = {"correspondence", 2,   "correspondence",
+                          "neoHookean",     {0}, .stretch = 1.09};
 
 /* Loading into that body is refused for a reason that holds `why`. */
 static void assert_unfit(pd_body *body, const char *why)
@@ -812,7 +781,6 @@ int main(void)
         cmocka_unit_test(so_it_does_on_other_machines),
         cmocka_unit_test(weights_do_not_depend_on_what_is_broken),
         cmocka_unit_test(notes_come_back),
-        cmocka_unit_test(callers_numbers_come_back),
         cmocka_unit_test(body_of_other_options_is_refused),
         cmocka_unit_test(body_of_other_points_is_refused),
         cmocka_unit_test(body_of_other_cracks_is_refused),
