@@ -2,17 +2,20 @@
 import math
 import re
 
-STEPS = ("2e-2", "1e-2", "5e-3", "2.5e-3")
-FINEST_STEP = "6.25e-4"
+STEPS = ("2e-2", "1e-2", "5e-3")
+FINEST_STEP = "1.25e-3"
 MESHES = (16, 32, 64)
-FINEST_MESH = 128
+SHORT = ["endTime=0.4", "frames=1"]
 
-TIME = {**{f"step{i}": [f"deltaT={s}"] for i, s in enumerate(STEPS)},
-        "stepFinest": [f"deltaT={FINEST_STEP}"]}
-SPACE = {f"mesh{m}": [f"M={m}", f"deltaT={0.08 / m:g}"] for m in (*MESHES, FINEST_MESH)}
-FLUID = {f"fluid{m}": [f"M={m}", f"deltaT={0.16 / m:g}", "G=1e-9"] for m in MESHES}
+TIME = {**{f"step{i}": [f"deltaT={s}", *SHORT] for i, s in enumerate(STEPS)},
+        "stepFinest": [f"deltaT={FINEST_STEP}", *SHORT]}
+# The flux correction that OpenFOAM takes by itself
+OWN = {f"own{i}": [f"deltaT={s}", "fluxCorrection=-1", *SHORT]
+       for i, s in enumerate((*STEPS, FINEST_STEP))}
+SPACE = {f"mesh{m}": [f"M={m}", f"deltaT={0.16 / m:g}", *SHORT] for m in MESHES}
+FLUID = {f"fluid{m}": [f"M={m}", f"deltaT={0.16 / m:g}", "G=1e-9", *SHORT] for m in MESHES}
 
-RUNS = {**TIME, **SPACE, **FLUID}
+RUNS = {**TIME, **OWN, **SPACE, **FLUID}
 
 
 def vectors(path):
@@ -62,7 +65,12 @@ def order(of):
 
 points_order = order(displacements)
 flow_order = order(velocities)
-probes_order = order(probed)
+
+
+def probes_order(coarse, middle, fine):
+    """From the differences of runs on meshes that are each twice as fine."""
+    return math.log2(difference(probed(coarse), probed(middle)) /
+                     difference(probed(middle), probed(fine)))
 
 
 def volume_change(run):
