@@ -677,7 +677,15 @@ void Foam::functionObjects::peridynamics::evaluateForces()
         List<vector> u(force_.size());
         transfer_->sample(U().oldTime(), phi().oldTime(), 1);
         transfer_->interpolate(u);
-        terms_->addConvection(u, velocity_, level_*deltaT, force_);
+
+        // The points' velocities are those of where forces were taken in the
+        // last step, which was one of Euler's if it was the first
+        const label index = time_.timeIndex();
+        const scalar last = index == 2 ? 0.5 : level_;
+        const scalar since =
+            level_*deltaT
+          + (index > 1 ? (1 - last)*time_.deltaT0Value() : 0);
+        terms_->addConvection(u, velocity_, since, force_);
     }
     transfer_->spread(force_);
 }
