@@ -443,27 +443,29 @@ Foam::scalar Foam::functionObjects::peridynamics::stableStep
 {
     // The fastest motion is an elastic wave as short as the kernel lets
     // through, as much slower when a share of the elasticity is implicit
-    scalar omega = 0, step = GREAT;
-    for (const periFoam::solidBody& body : bodies_)
-    {
-        if (body.nMoving())
-        {
-            omega = max(omega, fastest(body, stretched));
-            step = min(step, body.springStep(rhoInf_));
-        }
-    }
-    reduce(omega, maxOp<scalar>()); // some ranks have no moving points
-    reduce(step, minOp<scalar>());
+    const scalar nu = smallestNu();
     const scalar explicitShare =
         1 - 2*implicitElastic_/levelOf(max(time_.timeIndex(), 2));
-    if (explicitShare > 0 && omega > 0)
+    scalar step = GREAT;
+    for (const periFoam::solidBody& body : bodies_)
     {
-        const scalar damping = smallestNu()/(sqr(smallestWidth_)*omega);
-        step = min
-        (
-            step, stablePhase(damping)/(omega*Foam::sqrt(explicitShare))
-        );
+        if (body.nMoving() == 0)
+        {
+            continue;
+        }
+        step = min(step, body.springStep(rhoInf_));
+        if (explicitShare > 0)
+        {
+            const scalar omega = fastest(body, stretched);
+            const scalar damping =
+                nu*rhoInf_/(body.options().density*sqr(smallestWidth_)*omega);
+            step = min
+            (
+                step, stablePhase(damping)/(omega*Foam::sqrt(explicitShare))
+            );
+        }
     }
+    reduce(step, minOp<scalar>()); // some ranks have no moving points
     return step;
 }
 
@@ -900,7 +902,7 @@ void Foam::functionObjects::peridynamics::announce() const
     }
     else
     {
-        Info<< "unbounded, nothing moves";
+        Info<< "unbounded";
     }
     Info<< ", deltaT " << periFoam::brief(time_.deltaTValue()) << " s"
         << nl << endl;

@@ -681,7 +681,7 @@ public:
         flow_.setRandom(random_);
         flow_.U.oldTime() == old.U;
         flow_.phi.oldTime() == old.phi;
-        const vectorField mean(velocity(x_, true)), late(velocity(x_));
+        const vectorField mean(velocity(x_, 0.5)), late(velocity(x_));
         flow_.U == old.U;
         flow_.phi == old.phi;
         const vectorField early(velocity(x_));
