@@ -349,7 +349,6 @@ void Foam::functionObjects::peridynamics::buildHolds()
             volume.append(body.volume(p));
         }
     }
-    heldShare_.resize(mesh_.nCells(), 0);
     if (returnReduce(place.empty(), andOp<bool>()))
     {
         return;
@@ -681,12 +680,11 @@ void Foam::functionObjects::peridynamics::evaluateForces()
         transfer_->interpolate(u);
 
         // The points' velocities are those of where forces were taken in the
-        // last step, which was one of Euler's if it was the first
+        // last step, which may have had another level
         const label index = time_.timeIndex();
-        const scalar last = index == 2 ? 0.5 : level_;
         const scalar since =
             level_*deltaT
-          + (index > 1 ? (1 - last)*time_.deltaT0Value() : 0);
+          + (index > 1 ? (1 - levelOf(index - 1))*time_.deltaT0Value() : 0);
         terms_->addConvection(u, velocity_, since, force_);
     }
     transfer_->spread(force_);

@@ -51,18 +51,13 @@ void Foam::periFoam::solidBody::placeMotions(const scalar time)
 {
     setMotions(time);
     const label d = view_.dimension;
-    forAll(motions_, i)
+    forAll(prescribedPoint_, k)
     {
-        const labelList& points = motions_[i].points();
-        forAll(points, k)
+        for (label a = 0; a < d; ++a)
         {
-            for (label a = 0; a < d; ++a)
+            if (prescribedAxes_[k] & (1 << a))
             {
-                if (motions_[i].axes().found(directions_[a]))
-                {
-                    view_.y[points[k]*d + a] =
-                        prescribedPlace_[prescribedOf_[i][k]*d + a];
-                }
+                view_.y[prescribedPoint_[k]*d + a] = prescribedPlace_[k*d + a];
             }
         }
     }
@@ -72,21 +67,16 @@ void Foam::periFoam::solidBody::placeMotions(const scalar time)
 void Foam::periFoam::solidBody::setPulls(UList<vector>& force)
 {
     const label d = view_.dimension;
-    forAll(motions_, i)
+    forAll(prescribedPoint_, k)
     {
-        const labelList& points = motions_[i].points();
-        forAll(points, k)
+        const label p = prescribedPoint_[k];
+        for (label a = 0; a < d; ++a)
         {
-            const label p = points[k];
-            for (label a = 0; a < d; ++a)
+            if (prescribedAxes_[k] & (1 << a))
             {
-                if (motions_[i].axes().found(directions_[a]))
-                {
-                    const label at = prescribedOf_[i][k]*d + a;
-                    pull_[at] =
-                        dragging_*(pullVelocity_[at] - view_.v[p*d + a]);
-                    force[p][directions_[a]] = volume(p)*pull_[at];
-                }
+                const label at = k*d + a;
+                pull_[at] = dragging_*(pullVelocity_[at] - view_.v[p*d + a]);
+                force[p][directions_[a]] = volume(p)*pull_[at];
             }
         }
     }

@@ -100,11 +100,10 @@ Foam::labelList Foam::periFoam::solidBody::cellsOf
 Foam::scalar
 Foam::periFoam::solidBody::readDensity(const scalar rhoInf) const
 {
-    const scalar rho =
+    return
         rhoInf > 0
       ? dict_.numberOr(rhoInf, "density", range::above(0), dimDensity)
       : dict_.number("density", range::above(0), dimDensity);
-    return rho;
 }
 
 
@@ -505,10 +504,6 @@ void Foam::periFoam::solidBody::readMotions
         motions_.append(m.release());
     }
     gatherMotions();
-    if (fluid_)
-    {
-        preparePulls();
-    }
 }
 
 
@@ -551,13 +546,11 @@ void Foam::periFoam::solidBody::gatherMotions()
     prescribedPoint_ = points;
     prescribedAxes_ = axes;
     prescribedPlace_.resize(points.size()*view_.dimension, Zero);
-}
-
-
-void Foam::periFoam::solidBody::preparePulls()
-{
-    pullVelocity_.resize(prescribedPlace_.size(), Zero);
-    pull_.resize(prescribedPlace_.size(), Zero);
+    if (fluid_)
+    {
+        pullVelocity_.resize(prescribedPlace_.size(), Zero);
+        pull_.resize(prescribedPlace_.size(), Zero);
+    }
 }
 
 

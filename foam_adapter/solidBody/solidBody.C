@@ -216,7 +216,8 @@ Foam::periFoam::solidBody::solidBody
     view_{},
     nAllPoints_(0),
     nAllMoving_(0),
-    loaded_(false)
+    loaded_(false),
+    dragging_(0)
 {
     orient(solid);
     const pd_body_options o(options(rhoInf));

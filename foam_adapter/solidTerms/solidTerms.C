@@ -172,16 +172,27 @@ Foam::tmp<Foam::fvMatrix<Foam::vector>> Foam::periFoam::solidTerms::inertia
     tmp<fvMatrix<vector>> all(rho ? fvm::ddt(*rho, U) : fvm::ddt(U));
     if (hasExcess_)
     {
-        fvMatrix<vector> excess(fvm::ddt(U));
-        excess *= asField
-        (
-            "periFoamExcess",
-            all().dimensions()/excess.dimensions(),
-            scalarField(excess_/(rho ? 1 : rho_))
-        )().internalField();
-        all.ref() += excess;
+        all.ref() += excessInertia(U, rho);
     }
     return all;
+}
+
+
+Foam::tmp<Foam::fvMatrix<Foam::vector>>
+Foam::periFoam::solidTerms::excessInertia
+(
+    const volVectorField& U,
+    const volScalarField* rho
+) const
+{
+    tmp<fvMatrix<vector>> excess(fvm::ddt(U));
+    excess.ref() *= asField
+    (
+        "periFoamExcess",
+        rho ? dimDensity : dimless,
+        scalarField(excess_/(rho ? 1 : rho_))
+    )().internalField();
+    return excess;
 }
 
 
@@ -406,20 +417,21 @@ void Foam::periFoam::solidTerms::add
     const scalarField& V = mesh_.V();
     density_ = rho;
 
-    scalarField braked(brake*V);
-    if (rho)
+    scalarField braked;
+    if (brake.size())
     {
-        braked *= rho->primitiveField();
+        braked = brake*V;
+        if (rho)
+        {
+            braked *= rho->primitiveField();
+        }
+        eqn.diag() -= braked;
     }
-    eqn.diag() -= braked;
 
     tmp<fvMatrix<vector>> mass;
-    if (hasExcess_ || strength_ > 0)
-    {
-        mass = inertia(U, rho);
-    }
     if (strength_ > 0)
     {
+        mass = inertia(U, rho);
         if (!rest_.valid())
         {
             makeFields(eqn);
@@ -439,9 +451,14 @@ void Foam::periFoam::solidTerms::add
     if (strength_ > 0)
     {
         const fvMatrix<vector>& M = mass();
+        scalarField diagonal(M.diag());
+        if (braked.size())
+        {
+            diagonal += braked;
+        }
         predict
         (
-            M.diag() + braked,
+            diagonal,
             force_ + rest_->primitiveField()*V
           - M.diag()*U.primitiveField() + M.source(),
             unit
@@ -450,8 +467,7 @@ void Foam::periFoam::solidTerms::add
     }
     if (hasExcess_)
     {
-        eqn -= mass;
-        eqn += rho ? fvm::ddt(*rho, U) : fvm::ddt(U);
+        eqn -= excessInertia(U, rho);
     }
     index_ = index;
 }
