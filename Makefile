@@ -53,6 +53,7 @@ ADAPTER_SOURCES = \
     foam_adapter/momentumSource/momentumSource.C \
     foam_adapter/timeLevel/timeLevel.C \
     foam_adapter/solidTerms/solidTerms.C \
+    foam_adapter/partitioned/partitioned.C \
     foam_adapter/transfer/transfer.C \
     foam_adapter/transfer/stencils.C \
     foam_adapter/transfer/hosting.C \
@@ -175,11 +176,12 @@ FOAM_INCLUDES = \
     lagrangian/basic \
     dynamicMesh \
     sampling \
-    parallel/decompose/decompositionMethods
+    parallel/decompose/decompositionMethods \
+    thermophysicalModels/basic
 # FOAM_MPI names the folder of libPstream, in an OpenFOAM environment that was sourced.
 FOAM_LIBS = -L$(FOAM_LIB) -L$(FOAM_LIB)/$(FOAM_MPI) \
     -lOpenFOAM -lPstream -lfiniteVolume -lfvOptions -lmeshTools -llagrangian \
-    -ldecompositionMethods
+    -ldecompositionMethods -lfluidThermophysicalModels
 
 # pd.h names MPI's communicator. As system headers, so that only our own warnings count.
 MPI_COMPILE := $(patsubst -I%,-isystem %,$(shell $(CC) --showme:compile 2>/dev/null))

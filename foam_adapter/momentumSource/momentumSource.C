@@ -41,7 +41,7 @@ Foam::fv::periFoamMomentumSource::coupling() const
 Foam::fv::periFoamMomentumSource::periFoamMomentumSource
 (
     const word& name,
-    const word& fieldName,
+    const wordList& fieldNames,
     const fvMesh& mesh,
     functionObjects::peridynamics& coupling
 )
@@ -49,8 +49,8 @@ Foam::fv::periFoamMomentumSource::periFoamMomentumSource
     option(name, typeName, dictionary::null, mesh),
     coupling_(&coupling)
 {
-    fieldNames_.resize(1, fieldName);
-    applied_.resize(1, false);
+    fieldNames_ = fieldNames;
+    applied_.resize(fieldNames.size(), false);
 }
 
 
@@ -74,6 +74,17 @@ void Foam::fv::periFoamMomentumSource::addSup
 )
 {
     coupling().addForce(eqn, &rho);
+}
+
+
+void Foam::fv::periFoamMomentumSource::addSup
+(
+    const volScalarField&,
+    fvMatrix<scalar>& eqn,
+    const label
+)
+{
+    coupling().addPower(eqn);
 }
 
 

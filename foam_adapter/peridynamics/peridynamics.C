@@ -85,7 +85,8 @@ string firstText(const string& mine)
 }
 
 const char* const solversThatAsk =
-    "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam";
+    "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam, rhoPimpleFoam,"
+    " sonicFoam";
 
 } // End anonymous namespace
 
@@ -116,9 +117,11 @@ void Foam::functionObjects::peridynamics::readCoupling()
     const periFoam::checkedDictionary top(scene_.properties());
     const periFoam::checkedDictionary dict(top.sub("coupling"));
 
-    dict.choiceOr("immersed", "type", wordList({"immersed"}));
     UName_ = dict.found("U") ? dict.name("U") : word("U");
     phiName_ = dict.found("phi") ? dict.name("phi") : word("phi");
+    compressible_ =
+        foundObject<surfaceScalarField>(phiName_)
+     && phi().dimensions() == dimMass/dimTime;
     rhoInf_ = dict.number("rhoInf", range::above(0), dimDensity);
     allowUnstable_ = dict.flagOr(false, "allowUnstable");
     outputInterval_ = dict.integerOr(10, "outputInterval", 1);
@@ -130,24 +133,129 @@ void Foam::functionObjects::peridynamics::readCoupling()
     (
         0, "implicitElastic", range::atLeast(0), dimless
     );
+    if (compressible_ && implicitElastic_ > 0)
+    {
+        dict.refuse
+        (
+            "implicitElastic", "allowed in a compressible flow: 0; there waves"
+            " of the fluid bound the step too"
+        );
+    }
     reportInterval_ = dict.integerOr(100, "reportInterval", 1);
+    released_ =
+        dict.choiceOr
+        (
+            "immersed", "type", wordList({"immersed", "partitioned"})
+        )
+     == "partitioned";
+    readRelease(dict);
+    readKernel(dict);
+    readPartitioned(dict);
+    dict.finish();
+}
+
+
+void Foam::functionObjects::peridynamics::readKernel
+(
+    const periFoam::checkedDictionary& dict
+)
+{
     kernel_ = periFoam::kernel::find
     (
-        dict.choiceOr("ib4", "kernel", periFoam::kernel::names())
+        dict.choiceOr
+        (
+            released_ ? "hat2" : "ib4", "kernel", periFoam::kernel::names()
+        )
     );
+    const word faceFlux("faceFlux"), cellCentred("cellCentred");
+    const bool cells = released_ || compressible_;
     const word scheme
     (
         dict.choiceOr
         (
-            "faceFlux", "transfer", wordList({"faceFlux", "cellCentred"})
+            cells ? cellCentred : faceFlux,
+            "transfer",
+            wordList({faceFlux, cellCentred})
         )
     );
-    dict.finish();
-
+    if (cells && scheme == faceFlux)
+    {
+        dict.refuse
+        (
+            "transfer",
+            "allowed where bodies are partitioned or the flow is compressible: "
+          + cellCentred
+        );
+    }
     transfer_.reset
     (
-        new periFoam::transfer(mesh_, *kernel_, scheme == "faceFlux")
+        new periFoam::transfer(mesh_, *kernel_, scheme == faceFlux)
     );
+}
+
+
+void Foam::functionObjects::peridynamics::readRelease
+(
+    const periFoam::checkedDictionary& dict
+)
+{
+    releaseTime_ = releaseDamage_ = GREAT;
+    if (!dict.found("release"))
+    {
+        return;
+    }
+    if (released_)
+    {
+        dict.refuse("release", "allowed with type immersed only");
+    }
+    const periFoam::checkedDictionary when(dict.sub("release"));
+    const word key(when.oneOf(wordList({"time", "damage"})));
+    if (key == "time")
+    {
+        releaseTime_ = when.number(key, periFoam::range::any(), dimTime);
+    }
+    else
+    {
+        releaseDamage_ = when.number
+        (
+            key, periFoam::range::between(0, 1, false, true), dimless
+        );
+    }
+    when.finish();
+}
+
+
+void Foam::functionObjects::peridynamics::readPartitioned
+(
+    const periFoam::checkedDictionary& dict
+)
+{
+    using periFoam::range;
+    const bool everApart =
+        released_ || releaseTime_ < GREAT || releaseDamage_ < GREAT;
+    for (const char* key : {"wall", "wallTemperature", "maxStep"})
+    {
+        if (dict.found(key) && !everApart)
+        {
+            dict.refuse(key, "allowed with type partitioned or a release only");
+        }
+    }
+    apartOptions_ = periFoam::partitioned::options
+    {
+        rhoInf_,
+        dict.numberOr(0.8, "maxStep", range::between(0, 1, false, true), dimless),
+        dict.choiceOr("noSlip", "wall", wordList({"noSlip", "slip"})) == "slip",
+        dict.numberOr(0, "wallTemperature", range::above(0), dimTemperature)
+    };
+    if (apartOptions_.temperature > 0 && !compressible_)
+    {
+        dict.refuse
+        (
+            "wallTemperature", "allowed in compressible flows only; this one"
+            " has no temperature"
+        );
+    }
+    everApart_ = everApart;
 }
 
 
@@ -163,6 +271,22 @@ void Foam::functionObjects::peridynamics::readBodies()
     velocity_.resize(moving, vector::zero);
     meanVelocity_.resize(moving, vector::zero);
     force_.resize(moving, vector::zero);
+    bodyForce_.resize(bodies_.size(), vector::zero);
+    impulse_.resize(bodies_.size(), vector::zero);
+    if (everApart_)
+    {
+        checkApart();
+        apart_.reset
+        (
+            new periFoam::partitioned
+            (
+                mesh_,
+                bodies_,
+                released_ ? *kernel_ : *periFoam::kernel::find("hat2"),
+                apartOptions_
+            )
+        );
+    }
     terms_.reset
     (
         new periFoam::solidTerms
@@ -170,6 +294,33 @@ void Foam::functionObjects::peridynamics::readBodies()
             mesh_, bodies_, transfer_(), rhoInf_, implicitElastic_
         )
     );
+}
+
+
+void Foam::functionObjects::peridynamics::checkApart() const
+{
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        if (body.tethers().size())
+        {
+            body.dict().refuse
+            (
+                "holds",
+                "allowed in bodies that are partitioned or released: those of"
+                " type implicit"
+            );
+        }
+        if (body.options().density <= rhoInf_)
+        {
+            body.dict().refuse
+            (
+                body.dict().found("density") ? "density" : "horizonRatio",
+                "the density of a body that is partitioned or released is "
+              + Foam::name(body.options().density)
+              + "; allowed: above rhoInf, " + Foam::name(rhoInf_)
+            );
+        }
+    }
 }
 
 
@@ -204,15 +355,12 @@ void Foam::functionObjects::peridynamics::checkSolver() const
     {
         coupling.refuse("phi", "the solver has no flux field " + phiName_);
     }
-    if (phi().dimensions() != dimVolume/dimTime)
+    if (!compressible_ && phi().dimensions() != dimVolume/dimTime)
     {
-        coupling.refuse
-        (
-            "phi",
-            phiName_ + " is a mass flux; allowed: the volume flux of an "
-            "incompressible solver (this version does not couple compressible "
-            "solvers)"
-        );
+        OStringStream os;
+        os  << phiName_ << " has the dimensions " << phi().dimensions()
+            << "; allowed: those of a volume flux or a mass flux";
+        coupling.refuse("phi", os.str());
     }
 }
 
@@ -339,22 +487,23 @@ Foam::string Foam::functionObjects::peridynamics::overlap
 
 void Foam::functionObjects::peridynamics::buildHolds()
 {
-    DynamicList<point> place;
-    DynamicList<scalar> volume;
-    for (const periFoam::solidBody& body : bodies_)
+    heldCells_.resize(bodies_.size());
+    heldVolumes_.resize(bodies_.size());
+    bool held = false;
+    scalarField sum(mesh_.nCells(), Zero);
+    forAll(bodies_, i)
     {
-        for (label p = body.nMoving(); p < body.view().n_owned; ++p)
+        bodies_[i].heldOver(transfer_(), heldCells_[i], heldVolumes_[i]);
+        forAll(heldCells_[i], k)
         {
-            place.append(body.reference(p));
-            volume.append(body.volume(p));
+            sum[heldCells_[i][k]] += heldVolumes_[i][k];
         }
+        held = held || heldCells_[i].size();
     }
-    if (returnReduce(place.empty(), andOp<bool>()))
+    if (returnReduce(held, orOp<bool>()))
     {
-        return;
+        heldShare_ = min(sum/mesh_.V(), scalar(1));
     }
-    transfer_->spreadAmount(place, volume, heldShare_);
-    heldShare_ = min(heldShare_/mesh_.V(), scalar(1));
 }
 
 
@@ -378,7 +527,15 @@ void Foam::functionObjects::peridynamics::appendSource()
 {
     fv::options& options = fv::options::New(mesh_);
     PtrList<fv::option>& list = options;
-    source_ = new fv::periFoamMomentumSource(name(), UName_, mesh_, *this);
+    wordList fields(1, UName_);
+    for (const char* energy : {"e", "h"})
+    {
+        if (compressible_ && foundObject<volScalarField>(energy))
+        {
+            fields.append(energy);
+        }
+    }
+    source_ = new fv::periFoamMomentumSource(name(), fields, mesh_, *this);
     list.append(source_);
 
     // A file that is edited during the run would be read again for every
@@ -411,7 +568,7 @@ Foam::scalar Foam::functionObjects::peridynamics::fastest
 {
     const scalar c = Foam::sqrt
     (
-        periFoam::solidTerms::stiffest(body, stretched)
+        periFoam::solidTerms::stiffest(body, stretched, compressible_)
        /body.options().density
     );
     return kernel_->steepest*c/smallestWidth_;
@@ -442,6 +599,10 @@ Foam::scalar Foam::functionObjects::peridynamics::stableStep
 {
     // The fastest motion is an elastic wave as short as the kernel lets
     // through, as much slower when a share of the elasticity is implicit
+    if (released_)
+    {
+        return GREAT; // the flow's own bounds
+    }
     const scalar nu = smallestNu();
     const scalar explicitShare =
         1 - 2*implicitElastic_/levelOf(max(time_.timeIndex(), 2));
@@ -637,8 +798,85 @@ void Foam::functionObjects::peridynamics::beginStep()
     }
     askedIndex_ = time_.timeIndex();
     checkStep(false);
+    release();
+    if (released_)
+    {
+        moveApart();
+        return;
+    }
     level_ = levelOf(time_.timeIndex());
     moveBy(velocity_, level_);
+}
+
+
+void Foam::functionObjects::peridynamics::release()
+{
+    if (released_ || !everApart_)
+    {
+        return;
+    }
+    const scalar before = time_.value() - time_.deltaTValue();
+    if
+    (
+        before >= releaseTime_ - 1e-6*time_.deltaTValue()
+     || (releaseDamage_ < GREAT && tooDamaged())
+    )
+    {
+        released_ = true;
+        startApart(before);
+        stableStep_ = GREAT;
+        Info<< type() << " " << name() << ": at t = " << periFoam::brief(before)
+            << " s the bodies are released, and move by themselves from now on"
+            << endl;
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::startApart(const scalar time)
+{
+    pd_status status;
+    failure f{-1, -1, ""};
+    f.bodyi = apart_->begin(time, status);
+    if (f.bodyi >= 0)
+    {
+        f.meshCell = label(status.point);
+        f.cause = status.message;
+    }
+    endOn(f);
+}
+
+
+bool Foam::functionObjects::peridynamics::tooDamaged() const
+{
+    bool reached = false;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        reached =
+            reached
+         || (body.canBreak() && max(body.damage()) >= releaseDamage_);
+    }
+    return returnReduce(reached, orOp<bool>());
+}
+
+
+void Foam::functionObjects::peridynamics::moveApart()
+{
+    const scalar deltaT = time_.deltaTValue();
+    failure f{-1, -1, ""};
+    {
+        stopwatch watch(wall_, SOLID);
+        pd_status status;
+        f.bodyi = apart_->move(time_.value() - deltaT, deltaT, status);
+        if (f.bodyi >= 0)
+        {
+            f.meshCell = label(status.point);
+            f.cause = status.message;
+        }
+    }
+    endOn(f);
+    stopwatch watch(wall_, TRANSFER);
+    place("after the bodies moved");
+    apart_->cover(position_);
 }
 
 
@@ -719,31 +957,106 @@ Foam::functionObjects::peridynamics::firstWild()
 }
 
 
-void Foam::functionObjects::peridynamics::finishStep()
+void Foam::functionObjects::peridynamics::moveAlong()
 {
+    const scalar deltaT = time_.deltaTValue();
     findMeanVelocity();
     endOn(firstWild());
+    failure f{-1, -1, ""};
+    forAll(bodies_, i)
     {
-        stopwatch watch(wall_, TRANSFER);
-        if (level_ != 1) // else it was sampled for the mean
+        stopwatch watch(wall_, SOLID);
+        const pd_status status =
+            bodies_[i].advance(ofBody(meanVelocity_, i), deltaT, level_);
+        if (status.code != PD_OK)
         {
-            transfer_->sample(U(), phi(), 1);
+            f = failure{i, label(status.point), status.message};
+            break;
         }
-        transfer_->interpolate(velocity_);
-        moveBy(meanVelocity_, 1);
-        place("at the end of the step");
+    }
+    endOn(f);
+    stopwatch watch(wall_, TRANSFER);
+    List<vector> before(velocity_);
+    if (level_ != 1) // else it was sampled for the mean
+    {
+        transfer_->sample(U(), phi(), 1);
+    }
+    transfer_->interpolate(velocity_);
+    moveBy(meanVelocity_, 1);
+    place("at the end of the step");
+    findForces(before);
+    forAll(bodies_, i)
+    {
+        bodies_[i].setVelocity(ofBody(velocity_, i));
     }
     if (transfer_->smallestWidth() < smallestWidth_)
     {
         smallestWidth_ = transfer_->smallestWidth(); // a body met finer cells
         stepAtRest_ = stableStep(false);
     }
+    terms_->finish(U());
+}
+
+
+void Foam::functionObjects::peridynamics::findForces
+(
+    const UList<vector>& before
+)
+{
+    const scalarField* rho =
+        compressible_
+      ? &lookupObject<volScalarField>("rho").primitiveField()
+      : nullptr;
+    const scalar deltaT = time_.deltaTValue();
+    label p = 0;
     forAll(bodies_, i)
     {
-        bodies_[i].setVelocity(ofBody(velocity_, i));
-        bodies_[i].keep();
+        vector f(Zero);
+        const scalar excess = bodies_[i].options().density - rhoInf_;
+        for (label j = 0; j < bodies_[i].nMoving(); ++j, ++p)
+        {
+            f +=
+                excess*bodies_[i].volume(j)/deltaT*(velocity_[p] - before[p])
+              - force_[p];
+        }
+        forAll(heldCells_[i], k)
+        {
+            const label celli = heldCells_[i][k];
+            f +=
+                brake_*heldVolumes_[i][k]*(rho ? (*rho)[celli] : rhoInf_)
+               *U()[celli];
+        }
+        bodyForce_[i] = returnReduce(f, sumOp<vector>());
     }
-    terms_->finish(U());
+}
+
+
+void Foam::functionObjects::peridynamics::finishStep()
+{
+    if (released_)
+    {
+        stopwatch watch(wall_, TRANSFER);
+        apart_->react(U());
+        forAll(bodies_, i)
+        {
+            bodyForce_[i] = apart_->force(i);
+        }
+    }
+    else
+    {
+        moveAlong();
+    }
+    failure f{-1, -1, ""};
+    forAll(bodies_, i)
+    {
+        impulse_[i] += time_.deltaTValue()*bodyForce_[i];
+        bodies_[i].keep();
+        if (!std::isfinite(mag(bodyForce_[i])))
+        {
+            f = failure{i, -1, "the force of the flow on it is not finite"};
+        }
+    }
+    endOn(f);
     doneIndex_ = time_.timeIndex();
     doneTime_ = time_.value();
 }
@@ -831,6 +1144,7 @@ void Foam::functionObjects::peridynamics::keepState()
     all.number("smallestWidth", smallestWidth_);
     all.number("stableStep", stableStep_);
     all.number("holdTime", holdTime_);
+    all.integer("released", released_);
     scene_.save(all);
 }
 
@@ -843,6 +1157,7 @@ bool Foam::functionObjects::peridynamics::resume()
     all.number("smallestWidth");
     all.number("stableStep");
     all.number("holdTime");
+    all.integer("released");
     if (!scene_.load(all))
     {
         return false;
@@ -854,6 +1169,7 @@ bool Foam::functionObjects::peridynamics::resume()
     smallestWidth_ = all.numberAt(2);
     stableStep_ = all.numberAt(3);
     holdTime_ = all.numberAt(4);
+    released_ = all.integerAt(5);
     return true;
 }
 
@@ -953,7 +1269,12 @@ Foam::functionObjects::peridynamics::peridynamics
     kernel_(nullptr),
     bodies_(scene_.bodies()),
     implicitElastic_(0),
+    everApart_(false),
+    released_(false),
+    releaseTime_(GREAT),
+    releaseDamage_(GREAT),
     level_(0.5),
+    brake_(0),
     source_(nullptr),
     askedIndex_(runTime.timeIndex()),
     doneIndex_(runTime.timeIndex()),
@@ -973,6 +1294,10 @@ Foam::functionObjects::peridynamics::peridynamics
     const bool resumed = resume();
     place("before the first step");
     transfer_->weigh(position_);
+    if (released_)
+    {
+        startApart(time_.value());
+    }
     startVelocities(resumed);
     smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
     stepAtRest_ = stableStep(false);
@@ -992,6 +1317,7 @@ Foam::functionObjects::peridynamics::peridynamics
             scene_, mesh_, name, type() + (" " + name), wall_
         )
     );
+    report_->addForceTables();
     announce();
     if (!resumed)
     {
@@ -1023,22 +1349,44 @@ void Foam::functionObjects::peridynamics::addForce
 {
     if (time_.timeIndex() > doneIndex_)
     {
-        if (askedIndex_ < time_.timeIndex())
+        const bool corrector = askedIndex_ == time_.timeIndex();
+        if (!corrector)
         {
             beginStep();
         }
-        else
+        else if (!released_)
         {
             findMeanVelocity();
             moveBy(meanVelocity_, level_);
         }
-        evaluateForces();
+        if (!released_)
+        {
+            evaluateForces();
+        }
     }
 
     stopwatch watch(wall_, TRANSFER);
-    const scalar strength = holdStrength_
-       /(holdTime_ > 0 ? holdTime_ : time_.deltaTValue());
-    terms_->add(eqn, rho, strength*heldShare_);
+    if (released_)
+    {
+        apart_->add(eqn, rho);
+        return;
+    }
+    brake_ = holdStrength_/(holdTime_ > 0 ? holdTime_ : time_.deltaTValue());
+    terms_->add(eqn, rho, brake_*heldShare_);
+}
+
+
+void Foam::functionObjects::peridynamics::addPower(fvMatrix<scalar>& eqn)
+{
+    stopwatch watch(wall_, TRANSFER);
+    if (released_)
+    {
+        apart_->addPower(eqn, U());
+    }
+    else
+    {
+        eqn.source() -= terms_->power(U());
+    }
 }
 
 
@@ -1102,13 +1450,19 @@ bool Foam::functionObjects::peridynamics::execute()
     }
     if (step % outputInterval_ == 0)
     {
-        report_->writeRows(stableStep_);
+        report_->writeRows
+        (
+            released_ ? apart_->stableStep() : stableStep_
+        );
+        report_->writeForces(bodyForce_, impulse_);
     }
     if (step % reportInterval_ == 0)
     {
         report_->progress
         (
-            "stable step/deltaT "
+            released_
+          ? "substeps " + Foam::name(apart_->substeps(time_.deltaTValue()))
+          : "stable step/deltaT "
           + periFoam::brief(stableStep_/time_.deltaTValue())
         );
     }

@@ -443,6 +443,64 @@ void Foam::periFoam::report::writeRows(const scalar stableStep)
 }
 
 
+void Foam::periFoam::report::addForceTables()
+{
+    forAll(scene_.bodies(), i)
+    {
+        const solidBody& body = scene_.bodies()[i];
+        forces_.append
+        (
+            newTable
+            (
+                "force_" + body.name(),
+                "Force of the fluid on " + body.name()
+              + ", its impulse since the start of the run, centre of mass",
+                i,
+                0
+            ).release()
+        );
+        wordList columns
+        ({
+            "force_x", "force_y", "force_z",
+            "impulse_x", "impulse_y", "impulse_z",
+            "centre_x", "centre_y", "centre_z"
+        });
+        if (body.coeffs().scale > 0)
+        {
+            columns.append("Cd");
+            columns.append("Cl");
+        }
+        writeColumns(forces_[i].file(), columns);
+    }
+}
+
+
+void Foam::periFoam::report::writeForces
+(
+    const UList<vector>& forces,
+    const UList<vector>& impulses
+)
+{
+    forAll(forces_, i)
+    {
+        const solidBody& body = scene_.bodies()[i];
+        const solidBody::forceCoeffs& c = body.coeffs();
+        const point centre(body.centre());
+        OFstream& os = forces_[i].file();
+        writeCurrentTime(os);
+        writeVector(os, forces[i]);
+        writeVector(os, impulses[i]);
+        writeVector(os, centre);
+        if (c.scale > 0)
+        {
+            os  << tab << (forces[i] & c.drag)/c.scale
+                << tab << (forces[i] & c.lift)/c.scale;
+        }
+        os << endl;
+    }
+}
+
+
 void Foam::periFoam::report::progress(const string& how) const
 {
     int64_t bonds = 0, broken = 0, idle = 0;

@@ -120,7 +120,7 @@ void Foam::periFoam::solidBody::keep()
     const label size = view_.n_moving*view_.dimension;
     start_.resize(size);
     std::copy(view_.y, view_.y + size, start_.begin());
-    if (!fluid_)
+    if (alone_)
     {
         startVelocity_.resize(size);
         std::copy(view_.v, view_.v + size, startVelocity_.begin());
@@ -137,8 +137,65 @@ void Foam::periFoam::solidBody::toStart()
 
 pd_status Foam::periFoam::solidBody::begin(const scalar time)
 {
+    alone_ = true;
     const pd_status status = setLoads(time);
     return status.code == PD_OK ? pd_body_forces(body_) : status;
+}
+
+
+void Foam::periFoam::solidBody::setInertia(const scalar inertia)
+{
+    const pd_status status = pd_body_set_inertia(body_, inertia);
+    if (status.code != PD_OK)
+    {
+        FatalErrorInFunction
+            << "body " << name_ << ": " << status.message << exit(FatalError);
+    }
+}
+
+
+Foam::labelList Foam::periFoam::solidBody::driven() const
+{
+    DynamicList<label> points;
+    forAll(prescribedPoint_, k)
+    {
+        if (prescribedAxes_[k] == (1 << view_.dimension) - 1)
+        {
+            points.append(prescribedPoint_[k]);
+        }
+    }
+    return labelList(std::move(points));
+}
+
+
+void Foam::periFoam::solidBody::kick
+(
+    const UList<vector>& change,
+    const UList<scalar>& mass,
+    const scalar deltaT
+)
+{
+    const label d = view_.dimension;
+    forAll(prescribedPoint_, k)
+    {
+        const label p = prescribedPoint_[k];
+        for (label a = 0; a < d; ++a)
+        {
+            if (prescribedAxes_[k] & (1 << a))
+            {
+                const scalar kicked = change[p][directions_[a]];
+                pull_[k*d + a] = -mass[p]/volume(p)*kicked/deltaT;
+                view_.v[p*d + a] -= kicked;
+            }
+        }
+    }
+    for (label p = 0; p < view_.n_moving; ++p)
+    {
+        for (label a = 0; a < d; ++a)
+        {
+            view_.v[p*d + a] += change[p][directions_[a]];
+        }
+    }
 }
 
 

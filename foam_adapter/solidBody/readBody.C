@@ -147,16 +147,6 @@ void Foam::periFoam::solidBody::readFormulation(pd_body_options& o) const
           + Foam::name(o.formulation->least_dimension)
         );
     }
-    if (fluid_ && o.formulation->advance)
-    {
-        dict_.refuse
-        (
-            "formulation",
-            "it integrates a history of stress, which this version does in"
-            " runs without a fluid only; allowed here: the other ones, or"
-            " periSolidFoam"
-        );
-    }
     readCoeffs(o);
 }
 
@@ -504,6 +494,35 @@ void Foam::periFoam::solidBody::readMotions
         motions_.append(m.release());
     }
     gatherMotions();
+}
+
+
+void Foam::periFoam::solidBody::readForceCoeffs(const scalar rhoInf)
+{
+    if (!dict_.found("forceCoeffs") || !fluid_)
+    {
+        return; // alone there is no force of a fluid
+    }
+    const checkedDictionary dict(dict_.sub("forceCoeffs"));
+    coeffs_.drag = dict.vectorOf("dragDir", dimless);
+    coeffs_.lift = dict.vectorOf("liftDir", dimless);
+    for (const char* key : {"dragDir", "liftDir"})
+    {
+        const vector d(dict.vectorOf(key, dimless));
+        if (mag(mag(d) - 1) > 1e-6)
+        {
+            dict.refuse(key, "allowed: a vector of length 1");
+        }
+    }
+    const scalar rho = dict.numberOr
+    (
+        rhoInf, "rhoInf", range::above(0), dimDensity
+    );
+    const scalar speed =
+        dict.number("magUInf", range::above(0), dimVelocity);
+    coeffs_.scale =
+        0.5*rho*sqr(speed)*dict.number("Aref", range::above(0), dimArea);
+    dict.finish();
 }
 
 

@@ -12,6 +12,7 @@ License
 #include "regionSplit.H"
 #include "sigFpe.H"
 #include "Time.H"
+#include "transfer.H"
 
 // * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
 
@@ -217,6 +218,8 @@ Foam::periFoam::solidBody::solidBody
     nAllPoints_(0),
     nAllMoving_(0),
     loaded_(false),
+    alone_(!fluid),
+    coeffs_{Zero, Zero, 0},
     dragging_(0)
 {
     orient(solid);
@@ -238,6 +241,7 @@ Foam::periFoam::solidBody::solidBody
     checkConnected(solid);
     readProtected(solid);
     readPreCracks();
+    readForceCoeffs(rhoInf);
     dict_.finish();
     keep();
 }
@@ -374,6 +378,56 @@ Foam::periFoam::solidBody::state Foam::periFoam::solidBody::probe
     reduce(mean.sigma, sumOp<symmTensor>());
     reduce(mean.plasticStrain, sumOp<scalar>());
     return mean;
+}
+
+
+void Foam::periFoam::solidBody::heldOver
+(
+    transfer& places,
+    labelList& cells,
+    scalarField& volumes
+) const
+{
+    DynamicList<point> place;
+    DynamicList<scalar> volumeAt;
+    for (label p = view_.n_moving; p < view_.n_owned; ++p)
+    {
+        place.append(reference(p));
+        volumeAt.append(volume(p));
+    }
+    cells.clear();
+    volumes.clear();
+    if (returnReduce(place.empty(), andOp<bool>()))
+    {
+        return;
+    }
+    scalarField ofCells;
+    places.spreadAmount(place, volumeAt, ofCells);
+    DynamicList<label> covered;
+    forAll(ofCells, celli)
+    {
+        if (ofCells[celli] > 0)
+        {
+            covered.append(celli);
+        }
+    }
+    volumes = scalarField(ofCells, covered);
+    cells.transfer(covered);
+}
+
+
+Foam::point Foam::periFoam::solidBody::centre() const
+{
+    scalar volumes = 0;
+    vector moment(Zero);
+    for (label p = 0; p < view_.n_owned; ++p)
+    {
+        volumes += volume(p);
+        moment += volume(p)*position(p);
+    }
+    reduce(volumes, sumOp<scalar>());
+    reduce(moment, sumOp<vector>());
+    return moment/volumes;
 }
 
 
@@ -659,6 +713,22 @@ pd_status Foam::periFoam::solidBody::forces(UList<vector>& force)
     }
     setPulls(force);
     return status;
+}
+
+
+pd_status Foam::periFoam::solidBody::advance
+(
+    const UList<vector>& v,
+    const scalar deltaT,
+    const scalar at
+)
+{
+    if (!pd_body_has_history(body_))
+    {
+        return pd_status{};
+    }
+    setVelocity(v);
+    return pd_body_advance(body_, deltaT, at);
 }
 
 

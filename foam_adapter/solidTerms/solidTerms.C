@@ -57,20 +57,25 @@ scalar largestStretchSqr(const double* F, const label d)
 class elasticity
 {
     const pd_body_view& view_;
-    scalar bulk_, shear_;
+    scalar rest_, shear_;
 
 public:
 
-    explicit elasticity(const periFoam::solidBody& body)
+    elasticity(const periFoam::solidBody& body, const bool compressible)
     :
         view_(body.view())
     {
-        body.moduli(bulk_, shear_);
+        scalar bulk;
+        body.moduli(bulk, shear_);
+        rest_ =
+            compressible
+          ? max(body.longitudinalModulus() - shear_, scalar(0))
+          : felt(bulk, shear_);
     }
 
     scalar atRest() const
     {
-        return shear_ + felt(bulk_, shear_);
+        return shear_ + rest_;
     }
 
     scalar operator()(const label p) const
@@ -78,7 +83,7 @@ public:
         const label d = view_.dimension;
         const scalar stretchSqr =
             view_.F ? largestStretchSqr(view_.F + p*d*d, d) : 1;
-        return stretchSqr*shear_ + felt(bulk_, shear_);
+        return stretchSqr*shear_ + rest_;
     }
 };
 
@@ -122,7 +127,7 @@ Foam::scalarField Foam::periFoam::solidTerms::moduli() const
     DynamicList<scalar> all;
     for (const solidBody& body : bodies_)
     {
-        const elasticity moduli(body);
+        const elasticity moduli(body, false);
         for (label p = 0; p < body.nMoving(); ++p)
         {
             all.append(body.volume(p)*moduli(p));
@@ -353,10 +358,11 @@ Foam::periFoam::solidTerms::solidTerms
 Foam::scalar Foam::periFoam::solidTerms::stiffest
 (
     const solidBody& body,
-    const bool stretched
+    const bool stretched,
+    const bool compressible
 )
 {
-    const elasticity moduli(body);
+    const elasticity moduli(body, compressible);
     scalar largest = moduli.atRest();
     for (label p = 0; stretched && p < body.nMoving(); ++p)
     {
@@ -467,9 +473,30 @@ void Foam::periFoam::solidTerms::add
     }
     if (hasExcess_)
     {
-        eqn -= excessInertia(U, rho);
+        const fvMatrix<vector> excess(excessInertia(U, rho));
+        excessDiag_ = excess.diag();
+        excessSource_ = excess.source();
+        eqn -= excess;
     }
     index_ = index;
+}
+
+
+Foam::scalarField Foam::periFoam::solidTerms::power
+(
+    const volVectorField& U
+) const
+{
+    vectorField f(force_);
+    if (response_.size())
+    {
+        f += response_;
+    }
+    if (hasExcess_)
+    {
+        f += excessSource_ - excessDiag_*U.primitiveField();
+    }
+    return f & U.primitiveField();
 }
 
 

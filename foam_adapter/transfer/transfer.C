@@ -56,11 +56,8 @@ void Foam::periFoam::transfer::sampleFaces
 }
 
 
-void Foam::periFoam::transfer::sampleCells
-(
-    const volVectorField& U,
-    const scalar share
-)
+template<class Value>
+void Foam::periFoam::transfer::sampleCells(const Value& value)
 {
     const labelList& label = samples_.sampled();
     velocity_.resize(3*label.size());
@@ -70,15 +67,47 @@ void Foam::periFoam::transfer::sampleCells
         {
             continue;
         }
-        const vector v
-        (
-            share == 1
-          ? U[label[i]]
-          : share*U[label[i]] + (1 - share)*U.oldTime()[label[i]]
-        );
+        const vector v(value(label[i]));
         for (direction a = 0; a < 3; ++a)
         {
             velocity_[3*i + a] = v[a];
+        }
+    }
+}
+
+
+void Foam::periFoam::transfer::fillSamples()
+{
+    if (!sampleExchange_.valid())
+    {
+        return;
+    }
+    if (faces())
+    {
+        sampleExchange_->fill(velocity_);
+    }
+    else
+    {
+        UList<vector> v(vectors(velocity_));
+        sampleExchange_->fill(v);
+    }
+}
+
+
+void Foam::periFoam::transfer::ofCells
+(
+    const stencils& samples,
+    const UList<scalar>& sum,
+    scalarField& cellSum
+) const
+{
+    cellSum.resize(mesh_.nCells());
+    cellSum = 0;
+    forAll(sum, i)
+    {
+        if (samples.sampled()[i] >= 0)
+        {
+            cellSum[samples.sampled()[i]] += sum[i];
         }
     }
 }
@@ -100,7 +129,8 @@ Foam::periFoam::transfer::transfer
 (
     const fvMesh& mesh,
     const kernel& k,
-    const bool faceFlux
+    const bool faceFlux,
+    const bool positive
 )
 :
     mesh_(mesh),
@@ -111,7 +141,8 @@ Foam::periFoam::transfer::transfer
         mesh, k, faceFlux ? stencils::FACES : stencils::CELLS, halo_.get()
     ),
     cells_(mesh, k, stencils::CELLS, halo_.get()),
-    smallestWidth_(GREAT)
+    smallestWidth_(GREAT),
+    positive_(positive)
 {
     if (halo_.valid())
     {
@@ -167,10 +198,13 @@ void Foam::periFoam::transfer::weigh(const UList<point>& x)
 {
     if (!hosting_.valid())
     {
-        samples_.weigh(x, cell_, true, weights_);
+        samples_.weigh(x, cell_, !positive_, weights_);
         return;
     }
-    samples_.weigh(hosting_->place(), hosting_->cell(), true, weights_);
+    samples_.weigh
+    (
+        hosting_->place(), hosting_->cell(), !positive_, weights_
+    );
     share(sampleExchange_());
 }
 
@@ -186,23 +220,29 @@ void Foam::periFoam::transfer::sample
     {
         sampleFaces(phi, share);
     }
-    else
+    else if (share == 1)
     {
-        sampleCells(U, share);
-    }
-    if (!sampleExchange_.valid())
-    {
-        return;
-    }
-    if (faces())
-    {
-        sampleExchange_->fill(velocity_);
+        sampleCells([&](const label celli) { return U[celli]; });
     }
     else
     {
-        UList<vector> v(vectors(velocity_));
-        sampleExchange_->fill(v);
+        const volVectorField& old = U.oldTime();
+        sampleCells
+        (
+            [&](const label celli)
+            {
+                return share*U[celli] + (1 - share)*old[celli];
+            }
+        );
     }
+    fillSamples();
+}
+
+
+void Foam::periFoam::transfer::sample(const UList<vector>& ofCells)
+{
+    sampleCells([&](const label celli) { return ofCells[celli]; });
+    fillSamples();
 }
 
 
@@ -242,6 +282,26 @@ void Foam::periFoam::transfer::spread(const UList<vector>& force)
 }
 
 
+void Foam::periFoam::transfer::spread
+(
+    const UList<scalar>& amount,
+    scalarField& cellSum
+)
+{
+    scalarField sum(samples_.sampled().size(), 0);
+    if (hosting_.valid())
+    {
+        samples_.scatter(weights_, hosting_->toHosts(amount), sum);
+        sampleExchange_->gather(sum);
+    }
+    else
+    {
+        samples_.scatter(weights_, amount, sum);
+    }
+    ofCells(samples_, sum, cellSum);
+}
+
+
 void Foam::periFoam::transfer::spreadAmount
 (
     const UList<point>& x,
@@ -263,16 +323,7 @@ void Foam::periFoam::transfer::spreadAmount
     {
         cellExchange_->gather(sum);
     }
-
-    cellSum.resize(mesh_.nCells());
-    cellSum = 0;
-    forAll(sum, i)
-    {
-        if (cells_.sampled()[i] >= 0)
-        {
-            cellSum[cells_.sampled()[i]] += sum[i];
-        }
-    }
+    ofCells(cells_, sum, cellSum);
 }
 
 

@@ -317,6 +317,11 @@ PD_API pd_status pd_body_protect(pd_body *body, const unsigned char *protect);
 /* Set the dead load: force density b[n_owned][d] (N/m3), copied; NULL removes it. */
 PD_API pd_status pd_body_load(pd_body *body, const double *b);
 
+/* The mass per volume (kg/m3) that the integrators move from now on, where that is not
+ * the density: a body that displaces a fluid whose inertia is accounted for elsewhere.
+ * Errors: PD_BAD_ARGUMENT. */
+PD_API pd_status pd_body_set_inertia(pd_body *body, double inertia);
+
 /* What this rank and its neighbours tell each other. */
 typedef struct {
     int neighbours;       /* ranks */

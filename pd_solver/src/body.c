@@ -517,6 +517,7 @@ pd_status pd_body_create(MPI_Comm comm, const pd_body_options *options, size_t n
     }
     b->comm = MPI_COMM_NULL;
     b->options = *options;
+    b->inertia = options->density;
     if (b->options.dimension != 2)
         b->options.plane = PD_PLANE_STRAIN; /* the index of three-dimensional stress */
     b->n_all = all;
@@ -569,6 +570,15 @@ pd_status pd_body_load(pd_body *b, const double *load)
     if (!b->load)
         return pd_status_fail(PD_NO_MEMORY, -1, "loads of %d points", b->n_owned);
     memcpy(b->load, load, size * sizeof *load);
+    return pd_status_ok();
+}
+
+pd_status pd_body_set_inertia(pd_body *b, double inertia)
+{
+    if (!(usable(inertia) && inertia > 0))
+        return pd_status_fail(PD_BAD_ARGUMENT, -1, "inertia %g; allowed: above 0",
+                              inertia);
+    b->inertia = inertia;
     return pd_status_ok();
 }
 

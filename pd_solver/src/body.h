@@ -20,6 +20,7 @@ enum { PD_SOUND = 0, PD_POINT_SINGULAR, PD_POINT_INVERTED };
 struct pd_body {
     MPI_Comm comm; /* duplicated, or MPI_COMM_NULL */
     pd_body_options options;
+    double inertia; /* mass per volume that the integrators move, kg/m^d */
 
     pd_local n_moving, n_active, n_owned, n_local; /* as in pd_body_view */
 

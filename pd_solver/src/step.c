@@ -110,7 +110,7 @@ static pd_status move(pd_body *b, double dt, const pd_prescribed *prescribed)
 
 static pd_status velocity_verlet(pd_body *b, double dt, const pd_prescribed *prescribed)
 {
-    const double rho = b->options.density;
+    const double rho = b->inertia;
     kick(b, dt / 2 / (rho + b->options.damping * dt / 2));
     PD_TRY(move(b, dt, prescribed));
     kick_and_damp(b, dt / 2 / rho);
@@ -119,7 +119,7 @@ static pd_status velocity_verlet(pd_body *b, double dt, const pd_prescribed *pre
 
 static pd_status symplectic_euler(pd_body *b, double dt, const pd_prescribed *prescribed)
 {
-    kick(b, dt / (b->options.density + b->options.damping * dt / 2));
+    kick(b, dt / (b->inertia + b->options.damping * dt / 2));
     return move(b, dt, prescribed);
 }
 
@@ -162,7 +162,7 @@ double pd_body_stable_step(const pd_body *b)
     }
     b->options.formulation->frequency(b, omega2);
     for (pd_local p = 0; p < b->n_moving; p++)
-        highest = fmax(highest, omega2[p]);
+        highest = fmax(highest, omega2[p] * b->options.density / b->inertia);
     free(omega2);
     pd_largest_all(b->comm, &highest, 1);
     return highest > 0 ? 2 / sqrt(highest) : HUGE_VAL;

@@ -228,6 +228,29 @@ static void heavy_damping_is_stable(void **state)
     }
 }
 
+/* Under a dead load v' = b/inertia; elastic waves are as much slower. */
+static void inertia_takes_the_place_of_density(void **state)
+{
+    for (const pd_integrator *const *i = pd_integrators; *i; i++) {
+        pd_body *body = small_body(2, 0);
+        const pd_body_view view = pd_body_fields(body);
+        const double step = pd_body_stable_step(body);
+        assert_ok(pd_body_set_inertia(body, 4 * DENSITY));
+        assert_near(pd_body_stable_step(body), 2 * step, 1e-12 * step);
+        double load[40];
+        for (size_t k = 0; k < 40; k++)
+            load[k] = 3;
+        assert_ok(pd_body_load(body, load));
+        assert_ok(pd_body_forces(body));
+        run(body, *i, step, 10);
+        for (size_t k = 0; k < size_of(body); k++)
+            assert_near(view.v[k], 3 * 10 * step / (4 * DENSITY), ROUNDING * step);
+        assert_int_equal(pd_body_set_inertia(body, 0).code, PD_BAD_ARGUMENT);
+        assert_int_equal(pd_body_set_inertia(body, NAN).code, PD_BAD_ARGUMENT);
+        pd_body_destroy(body);
+    }
+}
+
 static void forces_after_a_step_are_those_of_its_end(void **state)
 {
     for (const pd_integrator *const *i = pd_integrators; *i; i++) {
@@ -820,6 +843,7 @@ int main(void)
         cmocka_unit_test(free_fall_is_that_of_the_scheme),
         cmocka_unit_test(flight_decays_exponentially),
         cmocka_unit_test(heavy_damping_is_stable),
+        cmocka_unit_test(inertia_takes_the_place_of_density),
         cmocka_unit_test(forces_after_a_step_are_those_of_its_end),
         cmocka_unit_test(energy_does_not_drift),
         cmocka_unit_test(verlet_goes_back_the_way_it_came),

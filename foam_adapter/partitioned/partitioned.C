@@ -1,0 +1,385 @@
+/*---------------------------------------------------------------------------*\
+    periFoam: peridynamic structures in OpenFOAM flows
+
+License
+    GPL-3.0-or-later, see LICENSE.
+
+\*---------------------------------------------------------------------------*/
+
+#include "partitioned.H"
+#include "basicThermo.H"
+#include "gaussGrad.H"
+#include "zeroGradientFvPatchFields.H"
+
+#include <cmath>
+
+// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
+
+namespace
+{
+
+using namespace Foam;
+
+//- What moves as a motion says counts as this much heavier in exchanges of
+//  momentum than it is, and so does what is held
+constexpr scalar unmoved = 1e9;
+
+//- Largest (s/(1 - s))^4: what leaks through is this much less than what would
+//  flow
+constexpr scalar tightest = 1e8;
+
+//- Drag over rho V/deltaT of a cell with that share covered
+scalar tightness(const scalar cover)
+{
+    const scalar open = max(1 - cover, SMALL);
+    return min(pow4(max(cover, scalar(0))/open), tightest);
+}
+
+} // End anonymous namespace
+
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+void Foam::periFoam::partitioned::listMasses()
+{
+    DynamicList<scalar> volumes, masses;
+    for (const solidBody& body : bodies_)
+    {
+        const scalar beyond = body.options().density - options_.rho;
+        for (label p = 0; p < body.nMoving(); ++p)
+        {
+            volumes.append(body.volume(p));
+            masses.append(body.volume(p)*beyond);
+        }
+        const label first = masses.size() - body.nMoving();
+        for (const label p : body.driven())
+        {
+            masses[first + p] *= unmoved;
+        }
+    }
+    volume_.transfer(volumes);
+    mass_.transfer(masses);
+}
+
+
+void Foam::periFoam::partitioned::coverByHeld()
+{
+    heldCells_.resize(bodies_.size());
+    heldVolumes_.resize(bodies_.size());
+    forAll(bodies_, i)
+    {
+        bodies_[i].heldOver(transfer_, heldCells_[i], heldVolumes_[i]);
+    }
+}
+
+
+void Foam::periFoam::partitioned::slip(const volVectorField& U)
+{
+    volScalarField s
+    (
+        IOobject
+        (
+            "periFoamCover",
+            mesh_.time().timeName(),
+            mesh_,
+            IOobject::NO_READ,
+            IOobject::NO_WRITE,
+            false
+        ),
+        mesh_,
+        dimensionedScalar(dimless, Zero),
+        zeroGradientFvPatchScalarField::typeName
+    );
+    s.primitiveFieldRef() = min(cover_, scalar(1));
+    s.correctBoundaryConditions();
+    const volVectorField normal
+    (
+        fv::gaussGrad<scalar>(mesh_).calcGrad(s, "periFoamNormal")
+    );
+
+    // Mean velocity of the neighbours that are covered less
+    vectorField beside(mesh_.nCells(), Zero);
+    scalarField weights(mesh_.nCells(), Zero);
+    const auto add = [&](const label celli, const scalar less, const vector& u)
+    {
+        const scalar weight = max(s[celli] - less, scalar(0));
+        beside[celli] += weight*u;
+        weights[celli] += weight;
+    };
+    const labelList& owner = mesh_.faceOwner();
+    const labelList& neighbour = mesh_.faceNeighbour();
+    forAll(neighbour, facei)
+    {
+        const label P = owner[facei], N = neighbour[facei];
+        add(P, s[N], U[N]);
+        add(N, s[P], U[P]);
+    }
+    forAll(mesh_.boundary(), patchi)
+    {
+        if (!mesh_.boundary()[patchi].coupled())
+        {
+            continue;
+        }
+        const scalarField less(s.boundaryField()[patchi].patchNeighbourField());
+        const vectorField u(U.boundaryField()[patchi].patchNeighbourField());
+        forAll(less, i)
+        {
+            add(mesh_.boundary()[patchi].faceCells()[i], less[i], u[i]);
+        }
+    }
+    forAll(beside, celli)
+    {
+        const scalar steep = mag(normal[celli]);
+        if (weights[celli] > ROOTSMALL && steep > VSMALL)
+        {
+            const vector n(normal[celli]/steep);
+            const vector off
+            (
+                beside[celli]/weights[celli] - solidVelocity_[celli]
+            );
+            target_[celli] += off - n*(n & off);
+        }
+    }
+}
+
+
+Foam::vectorField Foam::periFoam::partitioned::cellForce
+(
+    const volVectorField& U
+) const
+{
+    return exchange_*(target_ - U.primitiveField());
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::periFoam::partitioned::partitioned
+(
+    const fvMesh& mesh,
+    PtrList<solidBody>& bodies,
+    const kernel& k,
+    const options& o
+)
+:
+    mesh_(mesh),
+    bodies_(bodies),
+    options_(o),
+    integrator_(*pd_integrator_find("velocityVerlet")),
+    transfer_(mesh, k, false, true),
+    stableStep_(GREAT),
+    force_(bodies.size(), vector::zero)
+{
+    listMasses();
+    coverByHeld();
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::label Foam::periFoam::partitioned::substeps(const scalar deltaT) const
+{
+    const scalar n = std::ceil(deltaT/(options_.maxStep*stableStep_)*(1 - 1e-9));
+    return max(label(n), 1);
+}
+
+
+Foam::label Foam::periFoam::partitioned::begin
+(
+    const scalar time,
+    pd_status& status
+)
+{
+    forAll(bodies_, i)
+    {
+        solidBody& body = bodies_[i];
+        body.setInertia(body.options().density - options_.rho);
+        stableStep_ = min(stableStep_, body.stableStep());
+        status = body.begin(time);
+        if (status.code != PD_OK)
+        {
+            return i;
+        }
+        body.keep();
+    }
+    return -1;
+}
+
+
+Foam::label Foam::periFoam::partitioned::move
+(
+    const scalar time,
+    const scalar deltaT,
+    pd_status& status
+)
+{
+    const label n = substeps(deltaT);
+    forAll(bodies_, i)
+    {
+        for (label k = 1; k <= n; ++k)
+        {
+            status = bodies_[i].step
+            (
+                integrator_, deltaT/n, time + k*deltaT/n
+            );
+            if (status.code != PD_OK)
+            {
+                return i;
+            }
+        }
+    }
+    return -1;
+}
+
+
+void Foam::periFoam::partitioned::cover(const UList<point>& x)
+{
+    List<vector> momentum(mass_.size());
+    label at = 0;
+    for (const solidBody& body : bodies_)
+    {
+        for (label p = 0; p < body.nMoving(); ++p, ++at)
+        {
+            momentum[at] = mass_[at]*body.velocity(p);
+        }
+    }
+    transfer_.locate(x);
+    transfer_.weigh(x);
+    transfer_.spread(volume_, cover_);
+    transfer_.spread(mass_, cellMass_);
+    transfer_.spread(momentum);
+    solidVelocity_.resize(mesh_.nCells());
+    solidVelocity_ = Zero;
+    transfer_.forEachCellForce
+    (
+        [&](const label celli, const vector& mv)
+        {
+            solidVelocity_[celli] += mv;
+        }
+    );
+    forAll(bodies_, i)
+    {
+        const scalar density = bodies_[i].options().density - options_.rho;
+        forAll(heldCells_[i], k)
+        {
+            const scalar V = heldVolumes_[i][k];
+            cover_[heldCells_[i][k]] += V;
+            cellMass_[heldCells_[i][k]] += unmoved*density*V;
+        }
+    }
+    cover_ /= mesh_.V();
+    forAll(solidVelocity_, celli)
+    {
+        solidVelocity_[celli] /= max(cellMass_[celli], VSMALL);
+    }
+}
+
+
+void Foam::periFoam::partitioned::add
+(
+    fvMatrix<vector>& eqn,
+    const volScalarField* rho
+)
+{
+    const scalar deltaT = mesh_.time().deltaTValue();
+    const scalarField& V = mesh_.V();
+    drag_.resize(mesh_.nCells());
+    exchange_.resize(mesh_.nCells());
+    forAll(drag_, celli)
+    {
+        const scalar density = rho ? (*rho)[celli] : options_.rho;
+        drag_[celli] = density*V[celli]/deltaT*tightness(cover_[celli]);
+        exchange_[celli] =
+            drag_[celli] > 0 && cellMass_[celli] > 0
+          ? 1/(1/drag_[celli] + deltaT/cellMass_[celli])
+          : 0;
+    }
+    target_ = solidVelocity_;
+    if (options_.slip)
+    {
+        slip(eqn.psi());
+    }
+    const scalar unit = rho ? 1 : 1/options_.rho;
+    eqn.diag() -= unit*exchange_;
+    eqn.source() -= unit*exchange_*target_;
+}
+
+
+void Foam::periFoam::partitioned::addPower
+(
+    fvMatrix<scalar>& eqn,
+    const volVectorField& U
+) const
+{
+    const scalar deltaT = mesh_.time().deltaTValue();
+    const vectorField f(cellForce(U));
+    scalarField& source = eqn.source();
+    forAll(f, celli)
+    {
+        if (exchange_[celli] > 0)
+        {
+            const vector mean
+            (
+                solidVelocity_[celli] - 0.5*deltaT/cellMass_[celli]*f[celli]
+            );
+            source[celli] -= f[celli] & mean;
+        }
+    }
+    if (options_.temperature > 0)
+    {
+        const basicThermo& thermo =
+            mesh_.lookupObject<basicThermo>(basicThermo::dictName);
+        const scalarField atWall
+        (
+            thermo.he
+            (
+                thermo.p(),
+                scalarField(mesh_.nCells(), options_.temperature),
+                identity(mesh_.nCells())
+            )
+        );
+        eqn.diag() -= drag_;
+        source -= drag_*atWall;
+    }
+}
+
+
+void Foam::periFoam::partitioned::react(const volVectorField& U)
+{
+    const scalar deltaT = mesh_.time().deltaTValue();
+    const vectorField f(cellForce(U));
+    vectorField change(f.size());
+    forAll(change, celli)
+    {
+        change[celli] = -deltaT/max(cellMass_[celli], VSMALL)*f[celli];
+    }
+    List<vector> kick(mass_.size());
+    transfer_.sample(change);
+    transfer_.interpolate(kick);
+    label start = 0;
+    forAll(bodies_, i)
+    {
+        solidBody& body = bodies_[i];
+        const scalar density = body.options().density - options_.rho;
+        const SubList<vector> ofThis(kick, body.nMoving(), start);
+        vector impulse(Zero);
+        forAll(ofThis, p)
+        {
+            impulse += mass_[start + p]*ofThis[p];
+        }
+        forAll(heldCells_[i], k)
+        {
+            impulse +=
+                unmoved*density*heldVolumes_[i][k]*change[heldCells_[i][k]];
+        }
+        body.kick
+        (
+            ofThis, SubList<scalar>(mass_, body.nMoving(), start), deltaT
+        );
+        start += body.nMoving();
+        force_[i] = returnReduce(impulse, sumOp<vector>())/deltaT;
+    }
+}
+
+
+// ************************************************************************* //
