@@ -24,15 +24,22 @@ using namespace Foam;
 //  momentum than it is, and so does what is held
 constexpr scalar unmoved = 1e9;
 
-//- Largest (s/(1 - s))^4: what leaks through is this much less than what would
-//  flow
-constexpr scalar tightest = 1e8;
+//- Cells with less difference in cover to their neighbours are not at a wall
+constexpr scalar surface = 1e-3;
 
-//- Drag over rho V/deltaT of a cell with that share covered
-scalar tightness(const scalar cover)
+//- Largest (s/(1 - s))^4: what leaks through is this much less than what would
+//  flow. Larger numbers hide the flow around from linear solvers, which take
+//  residuals in proportion to the largest coefficients; a gas needs them
+scalar tightest(const bool compressible)
+{
+    return compressible ? 1e6 : 1e4;
+}
+
+//- (s/(1 - s))^4 of a cell with that share covered, but at most that
+scalar tightness(const scalar cover, const scalar most)
 {
     const scalar open = max(1 - cover, SMALL);
-    return min(pow4(max(cover, scalar(0))/open), tightest);
+    return min(pow4(max(cover, scalar(0))/open), most);
 }
 
 } // End anonymous namespace
@@ -129,10 +136,9 @@ void Foam::periFoam::partitioned::slip(const volVectorField& U)
     }
     forAll(beside, celli)
     {
-        const scalar steep = mag(normal[celli]);
-        if (weights[celli] > ROOTSMALL && steep > VSMALL)
+        if (weights[celli] > surface)
         {
-            const vector n(normal[celli]/steep);
+            const vector n(normal[celli]/max(mag(normal[celli]), VSMALL));
             const vector off
             (
                 beside[celli]/weights[celli] - solidVelocity_[celli]
@@ -187,15 +193,19 @@ Foam::label Foam::periFoam::partitioned::substeps(const scalar deltaT) const
 Foam::label Foam::periFoam::partitioned::begin
 (
     const scalar time,
+    const bool resumed,
     pd_status& status
 )
 {
     forAll(bodies_, i)
     {
         solidBody& body = bodies_[i];
-        body.setInertia(body.options().density - options_.rho);
+        body.release(body.options().density - options_.rho);
         stableStep_ = min(stableStep_, body.stableStep());
-        status = body.begin(time);
+        if (!resumed)
+        {
+            status = body.begin(time);
+        }
         if (status.code != PD_OK)
         {
             return i;
@@ -283,12 +293,13 @@ void Foam::periFoam::partitioned::add
 {
     const scalar deltaT = mesh_.time().deltaTValue();
     const scalarField& V = mesh_.V();
+    const scalar most = tightest(rho);
     drag_.resize(mesh_.nCells());
     exchange_.resize(mesh_.nCells());
     forAll(drag_, celli)
     {
         const scalar density = rho ? (*rho)[celli] : options_.rho;
-        drag_[celli] = density*V[celli]/deltaT*tightness(cover_[celli]);
+        drag_[celli] = density*V[celli]/deltaT*tightness(cover_[celli], most);
         exchange_[celli] =
             drag_[celli] > 0 && cellMass_[celli] > 0
           ? 1/(1/drag_[celli] + deltaT/cellMass_[celli])

@@ -271,6 +271,13 @@ void Foam::functionObjects::peridynamics::readBodies()
     velocity_.resize(moving, vector::zero);
     meanVelocity_.resize(moving, vector::zero);
     force_.resize(moving, vector::zero);
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        if (body.hasHistory())
+        {
+            known_.resize(moving, vector::zero);
+        }
+    }
     bodyForce_.resize(bodies_.size(), vector::zero);
     impulse_.resize(bodies_.size(), vector::zero);
     if (everApart_)
@@ -805,6 +812,10 @@ void Foam::functionObjects::peridynamics::beginStep()
         return;
     }
     level_ = levelOf(time_.timeIndex());
+    forAll(known_, p)
+    {
+        known_[p] = time_.timeIndex() > 1 ? level_*velocity_[p] : vector::zero;
+    }
     moveBy(velocity_, level_);
 }
 
@@ -823,7 +834,7 @@ void Foam::functionObjects::peridynamics::release()
     )
     {
         released_ = true;
-        startApart(before);
+        startApart(before, false);
         stableStep_ = GREAT;
         Info<< type() << " " << name() << ": at t = " << periFoam::brief(before)
             << " s the bodies are released, and move by themselves from now on"
@@ -832,11 +843,15 @@ void Foam::functionObjects::peridynamics::release()
 }
 
 
-void Foam::functionObjects::peridynamics::startApart(const scalar time)
+void Foam::functionObjects::peridynamics::startApart
+(
+    const scalar time,
+    const bool resumed
+)
 {
-    pd_status status;
+    pd_status status{};
     failure f{-1, -1, ""};
-    f.bodyi = apart_->begin(time, status);
+    f.bodyi = apart_->begin(time, resumed, status);
     if (f.bodyi >= 0)
     {
         f.meshCell = label(status.point);
@@ -957,17 +972,25 @@ Foam::functionObjects::peridynamics::firstWild()
 }
 
 
-void Foam::functionObjects::peridynamics::moveAlong()
+void Foam::functionObjects::peridynamics::advanceHistories
+(
+    const UList<vector>& v
+)
 {
-    const scalar deltaT = time_.deltaTValue();
-    findMeanVelocity();
-    endOn(firstWild());
+    stopwatch watch(wall_, SOLID);
+    List<vector> rest(v);
+    forAll(rest, p)
+    {
+        rest[p] -= known_[p];
+    }
+    known_ = v;
     failure f{-1, -1, ""};
     forAll(bodies_, i)
     {
-        stopwatch watch(wall_, SOLID);
-        const pd_status status =
-            bodies_[i].advance(ofBody(meanVelocity_, i), deltaT, level_);
+        const pd_status status = bodies_[i].advance
+        (
+            ofBody(rest, i), time_.deltaTValue()
+        );
         if (status.code != PD_OK)
         {
             f = failure{i, label(status.point), status.message};
@@ -975,13 +998,35 @@ void Foam::functionObjects::peridynamics::moveAlong()
         }
     }
     endOn(f);
-    stopwatch watch(wall_, TRANSFER);
+}
+
+
+void Foam::functionObjects::peridynamics::moveAlong()
+{
+    findMeanVelocity();
+    endOn(firstWild());
     List<vector> before(velocity_);
-    if (level_ != 1) // else it was sampled for the mean
     {
-        transfer_->sample(U(), phi(), 1);
+        stopwatch watch(wall_, TRANSFER);
+        if (level_ != 1) // else it was sampled for the mean
+        {
+            transfer_->sample(U(), phi(), 1);
+        }
+        transfer_->interpolate(velocity_);
     }
-    transfer_->interpolate(velocity_);
+    if (known_.size())
+    {
+        // To the y* of the next step: stresses are then of where forces are
+        // taken
+        const scalar next = levelOf(time_.timeIndex() + 1);
+        List<vector> way(known_.size());
+        forAll(way, p)
+        {
+            way[p] = meanVelocity_[p] + next*velocity_[p];
+        }
+        advanceHistories(way);
+    }
+    stopwatch watch(wall_, TRANSFER);
     moveBy(meanVelocity_, 1);
     place("at the end of the step");
     findForces(before);
@@ -1296,7 +1341,7 @@ Foam::functionObjects::peridynamics::peridynamics
     transfer_->weigh(position_);
     if (released_)
     {
-        startApart(time_.value());
+        startApart(time_.value(), resumed);
     }
     startVelocities(resumed);
     smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
@@ -1357,6 +1402,15 @@ void Foam::functionObjects::peridynamics::addForce
         else if (!released_)
         {
             findMeanVelocity();
+            if (known_.size())
+            {
+                List<vector> way(meanVelocity_);
+                for (vector& v : way)
+                {
+                    v *= level_;
+                }
+                advanceHistories(way);
+            }
             moveBy(meanVelocity_, level_);
         }
         if (!released_)

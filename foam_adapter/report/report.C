@@ -17,6 +17,9 @@ namespace
 
 using namespace Foam;
 
+//- Digits of impulses: balances of momentum are exact
+constexpr int exactDigits = 14;
+
 void writeVector(Ostream& os, const vector& v)
 {
     os << tab << v.x() << tab << v.y() << tab << v.z();
@@ -488,9 +491,11 @@ void Foam::periFoam::report::writeForces
         const point centre(body.centre());
         OFstream& os = forces_[i].file();
         writeCurrentTime(os);
+        const int digits = os.precision(exactDigits);
         writeVector(os, forces[i]);
         writeVector(os, impulses[i]);
         writeVector(os, centre);
+        os.precision(digits);
         if (c.scale > 0)
         {
             os  << tab << (forces[i] & c.drag)/c.scale

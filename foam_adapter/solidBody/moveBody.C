@@ -137,14 +137,14 @@ void Foam::periFoam::solidBody::toStart()
 
 pd_status Foam::periFoam::solidBody::begin(const scalar time)
 {
-    alone_ = true;
     const pd_status status = setLoads(time);
     return status.code == PD_OK ? pd_body_forces(body_) : status;
 }
 
 
-void Foam::periFoam::solidBody::setInertia(const scalar inertia)
+void Foam::periFoam::solidBody::release(const scalar inertia)
 {
+    alone_ = true;
     const pd_status status = pd_body_set_inertia(body_, inertia);
     if (status.code != PD_OK)
     {

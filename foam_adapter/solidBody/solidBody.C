@@ -719,16 +719,15 @@ pd_status Foam::periFoam::solidBody::forces(UList<vector>& force)
 pd_status Foam::periFoam::solidBody::advance
 (
     const UList<vector>& v,
-    const scalar deltaT,
-    const scalar at
+    const scalar deltaT
 )
 {
-    if (!pd_body_has_history(body_))
+    if (!hasHistory())
     {
         return pd_status{};
     }
     setVelocity(v);
-    return pd_body_advance(body_, deltaT, at);
+    return pd_body_advance(body_, deltaT, 0);
 }
 
 
