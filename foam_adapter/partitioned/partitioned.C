@@ -69,6 +69,25 @@ void Foam::periFoam::partitioned::listMasses()
 }
 
 
+void Foam::periFoam::partitioned::forget
+(
+    const label bodyi,
+    const labelUList& points
+)
+{
+    label start = 0;
+    for (label i = 0; i < bodyi; ++i)
+    {
+        start += bodies_[i].nMoving();
+    }
+    for (const label p : points)
+    {
+        mass_[start + p] = 0;
+        volume_[start + p] = 0;
+    }
+}
+
+
 void Foam::periFoam::partitioned::coverByHeld()
 {
     heldCells_.resize(bodies_.size());
@@ -210,6 +229,10 @@ Foam::label Foam::periFoam::partitioned::begin
         {
             return i;
         }
+        if (resumed)
+        {
+            forget(i, body.gone());
+        }
         body.keep();
     }
     return -1;
@@ -239,6 +262,19 @@ Foam::label Foam::periFoam::partitioned::move
         }
     }
     return -1;
+}
+
+
+Foam::label Foam::periFoam::partitioned::letGo()
+{
+    label n = 0;
+    forAll(bodies_, i)
+    {
+        const labelList gone(bodies_[i].letGo(mesh_.bounds()));
+        forget(i, gone);
+        n += returnReduce(gone.size(), sumOp<label>());
+    }
+    return n;
 }
 
 
@@ -377,6 +413,10 @@ void Foam::periFoam::partitioned::react(const volVectorField& U)
         forAll(ofThis, p)
         {
             impulse += mass_[start + p]*ofThis[p];
+            if (mass_[start + p] == 0)
+            {
+                kick[start + p] = vector::zero; // let go
+            }
         }
         forAll(heldCells_[i], k)
         {

@@ -890,6 +890,14 @@ void Foam::functionObjects::peridynamics::moveApart()
     }
     endOn(f);
     stopwatch watch(wall_, TRANSFER);
+    const label gone = transfer_->periodic() ? 0 : apart_->letGo();
+    if (gone)
+    {
+        Info<< type() << " " << name() << ": at t = "
+            << periFoam::brief(time_.value()) << " s " << gone
+            << (gone == 1 ? " point" : " points")
+            << " without bonds left the fluid; let go" << endl;
+    }
     place("after the bodies moved");
     apart_->cover(position_);
 }

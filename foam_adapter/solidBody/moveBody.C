@@ -10,6 +10,9 @@ Description
 \*---------------------------------------------------------------------------*/
 
 #include "solidBody.H"
+#include "boundBox.H"
+
+#include <cmath>
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
@@ -165,6 +168,58 @@ Foam::labelList Foam::periFoam::solidBody::driven() const
         }
     }
     return labelList(std::move(points));
+}
+
+
+Foam::labelList Foam::periFoam::solidBody::letGo(const boundBox& box)
+{
+    DynamicList<label> outside, gone;
+    for (label p = 0; canBreak() && p < view_.n_moving; ++p)
+    {
+        const point x(position(p));
+        if (!box.contains(x) && std::isfinite(mag(x)))
+        {
+            outside.append(p);
+        }
+    }
+    if (returnReduce(outside.empty(), andOp<bool>()))
+    {
+        return gone;
+    }
+    const label d = view_.dimension;
+    const scalarField phi(damage());
+    for (const label p : outside)
+    {
+        if (phi[p] >= 1)
+        {
+            gone.append(p);
+            std::copy(&start_[p*d], &start_[p*d] + d, view_.y + p*d);
+            std::fill(view_.v + p*d, view_.v + (p + 1)*d, 0);
+        }
+    }
+    return labelList(std::move(gone));
+}
+
+
+Foam::labelList Foam::periFoam::solidBody::gone() const
+{
+    DynamicList<label> gone;
+    if (canBreak())
+    {
+        const scalarField phi(damage());
+        for (label p = 0; p < view_.n_moving; ++p)
+        {
+            if
+            (
+                phi[p] >= 1
+             && velocity(p) == vector::zero && position(p) != reference(p)
+            )
+            {
+                gone.append(p);
+            }
+        }
+    }
+    return labelList(std::move(gone));
 }
 
 
