@@ -2,7 +2,7 @@
 
 RUNS = {
     **{f"csm{n}": ["variant=csm3", f"N={n}"] for n in (4, 8, 12, 16)},
-    "fsi2": ["variant=fsi2", "N=8"],
+    "fsi2": ["variant=fsi2", "N=8", "outputInterval=10"],
 }
 
 
