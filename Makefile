@@ -54,6 +54,7 @@ ADAPTER_SOURCES = \
     foam_adapter/timeLevel/timeLevel.C \
     foam_adapter/solidTerms/solidTerms.C \
     foam_adapter/partitioned/partitioned.C \
+    foam_adapter/gasMirror/gasMirror.C \
     foam_adapter/transfer/transfer.C \
     foam_adapter/transfer/stencils.C \
     foam_adapter/transfer/hosting.C \

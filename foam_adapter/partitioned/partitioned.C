@@ -393,12 +393,17 @@ void Foam::periFoam::partitioned::addPower
 
 void Foam::periFoam::partitioned::react(const volVectorField& U)
 {
+    react(vectorField(-mesh_.time().deltaTValue()*cellForce(U)));
+}
+
+
+void Foam::periFoam::partitioned::react(const vectorField& impulses)
+{
     const scalar deltaT = mesh_.time().deltaTValue();
-    const vectorField f(cellForce(U));
-    vectorField change(f.size());
+    vectorField change(impulses);
     forAll(change, celli)
     {
-        change[celli] = -deltaT/max(cellMass_[celli], VSMALL)*f[celli];
+        change[celli] /= max(cellMass_[celli], VSMALL);
     }
     List<vector> kick(mass_.size());
     transfer_.sample(change);

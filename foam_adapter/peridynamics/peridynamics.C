@@ -86,7 +86,7 @@ string firstText(const string& mine)
 
 const char* const solversThatAsk =
     "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam, rhoPimpleFoam,"
-    " sonicFoam";
+    " sonicFoam; rhoCentralFoam with partitioned bodies";
 
 } // End anonymous namespace
 
@@ -148,6 +148,14 @@ void Foam::functionObjects::peridynamics::readCoupling()
             "immersed", "type", wordList({"immersed", "partitioned"})
         )
      == "partitioned";
+    if (!released_ && periFoam::gasMirror::needed(mesh_))
+    {
+        dict.refuse
+        (
+            "type", "allowed in a solver that takes no sources, such as"
+            " rhoCentralFoam: partitioned"
+        );
+    }
     readRelease(dict);
     readKernel(dict);
     readPartitioned(dict);
@@ -293,6 +301,16 @@ void Foam::functionObjects::peridynamics::readBodies()
                 apartOptions_
             )
         );
+        if (periFoam::gasMirror::needed(mesh_))
+        {
+            mirror_.reset
+            (
+                new periFoam::gasMirror
+                (
+                    mesh_, apartOptions_.slip, apartOptions_.temperature
+                )
+            );
+        }
     }
     terms_.reset
     (
@@ -1084,12 +1102,31 @@ void Foam::functionObjects::peridynamics::findForces
 }
 
 
+void Foam::functionObjects::peridynamics::stepMirrored()
+{
+    {
+        // By the weights of where the solver found the bodies
+        stopwatch watch(wall_, TRANSFER);
+        apart_->react(mirror_->impulses());
+    }
+    beginStep();
+    {
+        stopwatch watch(wall_, TRANSFER);
+        mirror_->reflect(apart_->shares(), apart_->solidVelocity());
+    }
+    finishStep();
+}
+
+
 void Foam::functionObjects::peridynamics::finishStep()
 {
     if (released_)
     {
         stopwatch watch(wall_, TRANSFER);
-        apart_->react(U());
+        if (!mirror_.valid())
+        {
+            apart_->react(U());
+        }
         forAll(bodies_, i)
         {
             bodyForce_[i] = apart_->force(i);
@@ -1352,6 +1389,11 @@ Foam::functionObjects::peridynamics::peridynamics
         startApart(time_.value(), resumed);
     }
     startVelocities(resumed);
+    if (mirror_.valid())
+    {
+        apart_->cover(position_);
+        mirror_->reflect(apart_->shares(), apart_->solidVelocity());
+    }
     smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
     stepAtRest_ = stableStep(false);
     if (!resumed)
@@ -1486,7 +1528,19 @@ bool Foam::functionObjects::peridynamics::read(const dictionary& dict)
 
 bool Foam::functionObjects::peridynamics::execute()
 {
-    if (askedIndex_ != time_.timeIndex())
+    if (doneIndex_ == time_.timeIndex())
+    {
+        return true;
+    }
+    if (mirror_.valid())
+    {
+        stepMirrored();
+    }
+    else if (askedIndex_ == time_.timeIndex())
+    {
+        finishStep();
+    }
+    else
     {
         FatalIOErrorInFunction(time_.controlDict())
             << "the solver "
@@ -1498,11 +1552,6 @@ bool Foam::functionObjects::peridynamics::execute()
             << " solvers that do, such as " << solversThatAsk
             << exit(FatalIOError);
     }
-    if (doneIndex_ == time_.timeIndex())
-    {
-        return true;
-    }
-    finishStep();
 
     stopwatch watch(wall_, OUTPUT);
     const label step = time_.timeIndex();
