@@ -380,6 +380,23 @@ void Foam::functionObjects::peridynamics::checkSolver() const
     {
         coupling.refuse("phi", "the solver has no flux field " + phiName_);
     }
+    ITstream& ddt = mesh_.ddtScheme("ddt(" + UName_ + ")");
+    ddt.rewind();
+    const word scheme(ddt);
+    ddt.rewind();
+    if (scheme == "localEuler")
+    {
+        const periFoam::checkedDictionary schemes
+        (
+            mesh_.schemesDict().subDict("ddtSchemes")
+        );
+        schemes.refuse
+        (
+            "default",
+            "bodies and flow go in one step; allowed: schemes without a step"
+            " of each cell"
+        );
+    }
     if (!compressible_ && phi().dimensions() != dimVolume/dimTime)
     {
         OStringStream os;
