@@ -37,10 +37,11 @@ constexpr scalar allowedExcess = 1.25;
 
 //- Largest stable omega deltaT of the coupling, by a sixth less than measured
 //  (docs/limits.md). The schemes alone bear 2 without any damping; in the flow
-//  slow growth is left, which viscosity takes away. damping: nu/(h^2 omega)
-scalar stablePhase(const scalar damping)
+//  slow growth is left, which viscosity takes away, and the fluid's inertia.
+//  damping: nu/(h^2 omega); ratio: of the densities of body and fluid
+scalar stablePhase(const scalar damping, const scalar ratio)
 {
-    return 0.75 + 1.5*damping/(damping + 0.008);
+    return 0.5 + 0.25*min(10/ratio, scalar(1)) + 1.5*damping/(damping + 0.008);
 }
 
 //- From here on errors end the run. OpenFOAM makes warnings of those that a
@@ -663,7 +664,9 @@ Foam::scalar Foam::functionObjects::peridynamics::stableStep
                 nu*rhoInf_/(body.options().density*sqr(smallestWidth_)*omega);
             step = min
             (
-                step, stablePhase(damping)/(omega*Foam::sqrt(explicitShare))
+                step,
+                stablePhase(damping, body.options().density/rhoInf_)
+               /(omega*Foam::sqrt(explicitShare))
             );
         }
     }
