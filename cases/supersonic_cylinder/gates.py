@@ -1,0 +1,56 @@
+"""The runs of the supersonic cylinder, and what is read from them."""
+
+IMMERSED = ["coupling=immersed"]
+
+RUNS = {
+    **{f"d{n}": [f"N={n}"] for n in (16, 32, 64)},
+    **{f"immersed{n}": [f"N={n}", *IMMERSED] for n in (16, 32)},
+}
+
+MACH, GAMMA = 2, 1.4
+HALF_AREA = 0.5 * 0.1  # half a diameter times the depth of the mesh
+
+
+def drags(run):
+    """Drag coefficient of the whole cylinder, row by row."""
+    return [force / (0.5 * MACH**2 * HALF_AREA)
+            for force in run.table("force_cylinder")["force_x"]]
+
+
+def tenth(values, k):
+    """Mean of the k-th last tenth."""
+    n = len(values)
+    part = values[n - (k + 1) * n // 10:n - k * n // 10]
+    return sum(part) / len(part)
+
+
+def drag(run):
+    return tenth(drags(run), 0)
+
+
+def unsettled(run):
+    """Change of the drag between the last two tenths of the run [%]."""
+    values = drags(run)
+    return 100 * abs(tenth(values, 0) / tenth(values, 1) - 1)
+
+
+def line(run):
+    """(x, Cp) along the row of cells next to the axis, up to the cylinder."""
+    path = next(run.folder.glob("postProcessing/front/*/axis_p.xy"))
+    rows = (map(float, text.split()) for text in path.read_text().splitlines())
+    return [(x, (GAMMA * p - 1) / (0.5 * GAMMA * MACH**2)) for x, p in rows if x < 1.5]
+
+
+def stagnation(run):
+    """Pressure coefficient in the last cell before the cylinder."""
+    return line(run)[-1][1]
+
+
+def stand_off(run):
+    """Distance of the bow shock, where half of its jump is reached, in diameters."""
+    rows = line(run)
+    half = 0.5 * max(cp for x, cp in rows if x < 1.2)
+    for (s, a), (x, b) in zip(rows, rows[1:]):
+        if a < half <= b:
+            return 1.5 - (s + (half - a) / (b - a) * (x - s))
+    return 0
