@@ -40,6 +40,21 @@ def points(run, time, body, *fields):
     return [rest, displacement] + [numbers(folder / field) for field in fields]
 
 
+def cells(run, time, *fields):
+    """Centres of the fluid's cells, bricks, and ascii fields of a write time there."""
+    mesh = run / "constant" / "polyMesh"
+    corners = numbers(mesh / "points")
+    faces = re.findall(r"^4\(([\d ]+)\)", (mesh / "faces").read_text(), re.M)
+    middles = corners[np.array([face.split() for face in faces], dtype=int)].mean(axis=1)
+    owner = numbers(mesh / "owner").astype(int)
+    neighbour = numbers(mesh / "neighbour").astype(int)
+    places, count = np.zeros((owner.max() + 1, 3)), np.zeros(owner.max() + 1)
+    for side in (owner, neighbour):
+        np.add.at(places, side, middles[:len(side)])
+        np.add.at(count, side, 1)
+    return [places / count[:, None]] + [numbers(run / time / field) for field in fields]
+
+
 def table(run, name):
     """A table of postProcessing as {column: array}."""
     path = run / "postProcessing" / "solid" / "0" / f"{name}.dat"

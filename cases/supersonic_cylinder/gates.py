@@ -1,6 +1,6 @@
 """The runs of the supersonic cylinder, and what is read from them."""
 
-IMMERSED = ["coupling=immersed"]
+IMMERSED = ["coupling=immersed", "shrink=1"]
 
 RUNS = {
     **{f"d{n}": [f"N={n}"] for n in (16, 32, 64)},

@@ -1,0 +1,56 @@
+"""The runs of the airfoil, and what is read from them."""
+
+LEVELS = (64, 128, 256)
+
+RUNS = {
+    **{f"c{n}": [f"N={n}"] for n in LEVELS},
+    "immersed128": ["N=128", "coupling=immersed"],
+}
+
+MACH, GAMMA = 0.5, 1.4
+AREA = 0.1  # the chord times the depth of the mesh
+
+
+def coefficients(run, column):
+    return [force / (0.5 * MACH**2 * AREA) for force in run.table("force_airfoil")[column]]
+
+
+def tenth(values, k):
+    """Mean of the k-th last tenth."""
+    n = len(values)
+    part = values[n - (k + 1) * n // 10:n - k * n // 10]
+    return sum(part) / len(part)
+
+
+def drag(run):
+    return tenth(coefficients(run, "force_x"), 0)
+
+
+def lift(run):
+    """Largest lift coefficient in the last tenth."""
+    values = coefficients(run, "force_y")
+    return max(abs(v) for v in values[9 * len(values) // 10:])
+
+
+def unsettled(run):
+    """Change of the drag between the last two tenths of the run [%]."""
+    values = coefficients(run, "force_x")
+    return 100 * abs(tenth(values, 0) / tenth(values, 1) - 1)
+
+
+def line(run, name):
+    """(x, Cp) along a line of cells."""
+    path = next(run.folder.glob(f"postProcessing/lines/*/{name}_p.xy"))
+    rows = (map(float, text.split()) for text in path.read_text().splitlines())
+    return [(x, (GAMMA * p - 1) / (0.5 * GAMMA * MACH**2)) for x, p in rows]
+
+
+def stagnation(run):
+    """Pressure coefficient in the cell that the nose begins in, or before it."""
+    cells = int(run.key.split("N=")[1].split()[0])
+    return max(cp for x, cp in line(run, "nose") if x < 1 / cells)
+
+
+def asymmetry(run):
+    """Largest difference of Cp between the two sides, on lines 1/16 from the chord."""
+    return max(abs(a - b) for (_, a), (_, b) in zip(line(run, "above"), line(run, "below")))
