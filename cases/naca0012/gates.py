@@ -8,11 +8,6 @@ RUNS = {
 }
 
 MACH, GAMMA = 0.5, 1.4
-AREA = 0.1  # the chord times the depth of the mesh
-
-
-def coefficients(run, column):
-    return [force / (0.5 * MACH**2 * AREA) for force in run.table("force_airfoil")[column]]
 
 
 def tenth(values, k):
@@ -23,18 +18,18 @@ def tenth(values, k):
 
 
 def drag(run):
-    return tenth(coefficients(run, "force_x"), 0)
+    return tenth(run.table("force_airfoil")["Cd"], 0)
 
 
 def lift(run):
     """Largest lift coefficient in the last tenth."""
-    values = coefficients(run, "force_y")
+    values = run.table("force_airfoil")["Cl"]
     return max(abs(v) for v in values[9 * len(values) // 10:])
 
 
 def unsettled(run):
     """Change of the drag between the last two tenths of the run [%]."""
-    values = coefficients(run, "force_x")
+    values = run.table("force_airfoil")["Cd"]
     return 100 * abs(tenth(values, 0) / tenth(values, 1) - 1)
 
 

@@ -8,13 +8,6 @@ RUNS = {
 }
 
 MACH, GAMMA = 2, 1.4
-HALF_AREA = 0.5 * 0.1  # half a diameter times the depth of the mesh
-
-
-def drags(run):
-    """Drag coefficient of the whole cylinder, row by row."""
-    return [force / (0.5 * MACH**2 * HALF_AREA)
-            for force in run.table("force_cylinder")["force_x"]]
 
 
 def tenth(values, k):
@@ -25,12 +18,12 @@ def tenth(values, k):
 
 
 def drag(run):
-    return tenth(drags(run), 0)
+    return tenth(run.table("force_cylinder")["Cd"], 0)
 
 
 def unsettled(run):
     """Change of the drag between the last two tenths of the run [%]."""
-    values = drags(run)
+    values = run.table("force_cylinder")["Cd"]
     return 100 * abs(tenth(values, 0) / tenth(values, 1) - 1)
 
 
