@@ -40,7 +40,7 @@ RUNS = {
     "free": FREE,
     "free20": [*FREE, "N=20"],
     "freeSonic": FREE + SONIC,
-    "freeImmersed": FREE + IMMERSED,
+    "freeImmersed": [*FREE, *IMMERSED, "stepRatio=0.5"],
 }
 
 

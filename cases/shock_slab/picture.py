@@ -53,7 +53,7 @@ for name, colour, label in (("free5", COLOURS[2], "partitioned, N = 5"),
 exact = np.array(gates.velocities(gates.simple_waves, 1e-3))
 middle.plot(1e3 * exact[:, 0], exact[:, 1], "k--", lw=1, label="exact")
 middle.axhline(gates.U1, color=GREY, lw=0.8)
-middle.text(0.6, gates.U1 + 1.5, "the air behind the shock", fontsize=8, color=GREY)
+middle.text(0.35, gates.U1 + 1.5, "the air behind the shock", fontsize=8, color=GREY)
 middle.set(xlabel="time since the shock came [ms]", ylabel="velocity [m/s]",
            title="free: 1 kg/m²", xlim=(-0.1, 1), ylim=(0, 120))
 middle.legend(frameon=False, fontsize=8, loc="lower right")
