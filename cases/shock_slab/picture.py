@@ -60,6 +60,6 @@ middle.legend(frameon=False, fontsize=8, loc="lower right")
 right.axhspan(-1, 1, color=GREY, alpha=0.15, lw=0)
 right.axhline(0, color="k", lw=0.8)
 right.set(xlabel="time since the shock came [ms]", ylabel="error [% of the last velocity]",
-          title="free: error; band: gate", xlim=(-0.1, 1), ylim=(-1.4, 1.4))
+          title="free: error; band: gate", xlim=(-0.1, 1), ylim=(-1.6, 1.4))
 right.legend(frameon=False, fontsize=8, loc="upper right")
 save(figure, CASE)
