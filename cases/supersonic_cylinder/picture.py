@@ -28,12 +28,12 @@ class Run:
 figure, (left, right) = pyplot.subplots(1, 2, figsize=(11, 4), width_ratios=(1.5, 1))
 
 places, U, T = cells(validated(CASE, "d64"), "25", "U", "T")
-near = (places[:, 0] < 8) & (places[:, 1] < 10)
+near = (places[:, 0] < 9) & (places[:, 1] < 10)
 mach = np.linalg.norm(U, axis=1) / np.sqrt(T)
 levels = np.linspace(0, 2.1, 22)
 x, y = places[near, 0] - 2, places[near, 1] - 6
-for sign in (1, -1):
-    drawn = left.tricontourf(x, sign * y, mach[near], levels, cmap="viridis", extend="max")
+drawn = left.tricontourf(np.hstack((x, x)), np.hstack((y, -y)), np.hstack((mach[near],) * 2),
+                         levels, cmap="viridis", extend="max")
 left.add_patch(pyplot.Circle((0, 0), 0.5, color="#dddddd"))
 figure.colorbar(drawn, ax=left, label="Mach number", shrink=0.9)
 left.set(aspect="equal", xlim=(-2, 6), ylim=(-3, 3), xlabel="x/D", ylabel="y/D",
@@ -49,5 +49,5 @@ right.text(-1.42, 1.68, "1.657, Rayleigh", fontsize=8)
 right.axvline(-0.5, color=GREY, lw=0.8)
 right.set(xlabel="x/D", ylabel="pressure coefficient", xlim=(-1.5, -0.45), ylim=(-0.1, 1.8),
           title="ahead of the cylinder, on the axis")
-right.legend(frameon=False, fontsize=8, loc="center left")
+right.legend(frameon=False, fontsize=8, loc="lower right")
 save(figure, CASE)
