@@ -207,7 +207,7 @@ PD_OBJECTS += $(PD_KERNELS:%.c=build/objects/%.avx2.o) $(PD_KERNELS:%.c=build/ob
 endif
 ADAPTER_OBJECTS = $(ADAPTER_SOURCES:%.C=build/objects/%.o)
 
-APPLICATIONS = periSolidFoam periResume
+APPLICATIONS = periSolidFoam periResume periCheck
 APPLICATION_OBJECTS = $(foreach a,$(APPLICATIONS),build/objects/foam_adapter/applications/$a/$a.o)
 
 library: lib/libpd.a lib/libpd.so

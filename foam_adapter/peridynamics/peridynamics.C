@@ -1313,7 +1313,7 @@ void Foam::functionObjects::peridynamics::announce() const
         << time_.controlDict().lookupOrDefault<word>("application", "solver")
         << " through " << UName_ << " and " << phiName_
         << ", kernel " << kernel_->name;
-    if (!kernel_->evenOdd)
+    if (!kernel_->evenOdd && !released_)
     {
         Info<< " (not even-odd: look for a checkerboard in p)";
     }
@@ -1374,6 +1374,18 @@ Foam::functionObjects::peridynamics::peridynamics
     const dictionary& dict
 )
 :
+    peridynamics(name, runTime, dict, false)
+{}
+
+
+Foam::functionObjects::peridynamics::peridynamics
+(
+    const word& name,
+    const Time& runTime,
+    const dictionary& dict,
+    const bool dry
+)
+:
     fvMeshFunctionObject(endingOnErrors(name, runTime, dict), runTime, dict),
     scene_(runTime),
     kernel_(nullptr),
@@ -1409,7 +1421,7 @@ Foam::functionObjects::peridynamics::peridynamics
         startApart(time_.value(), resumed);
     }
     startVelocities(resumed);
-    if (mirror_.valid())
+    if (mirror_.valid() && !dry)
     {
         apart_->cover(position_);
         mirror_->reflect(apart_->shares(), apart_->solidVelocity());
@@ -1429,12 +1441,12 @@ Foam::functionObjects::peridynamics::peridynamics
     (
         new periFoam::report
         (
-            scene_, mesh_, name, type() + (" " + name), wall_
+            scene_, mesh_, name, type() + (" " + name), wall_, !dry
         )
     );
     report_->addForceTables();
     announce();
-    if (!resumed)
+    if (!resumed && !dry)
     {
         writeFields();
     }
@@ -1511,6 +1523,31 @@ void Foam::functionObjects::peridynamics::addPower(fvMatrix<scalar>& eqn)
     {
         eqn.source() -= terms_->power(U());
     }
+}
+
+
+Foam::scalar Foam::functionObjects::peridynamics::secondsPerStep()
+{
+    constexpr label times = 3;
+    const label forces =
+        released_ ? apart_->substeps(time_.deltaTValue()) : 1;
+    scalar solid = 0;
+    const scalar before = wall_.total();
+    for (label k = 0; k < times; ++k)
+    {
+        const scalar start = wall_.total();
+        for (periFoam::solidBody& body : bodies_)
+        {
+            body.begin(time_.value());
+        }
+        solid += wall_.total() - start;
+        place("before the first step");
+        transfer_->weigh(position_);
+        transfer_->sample(U(), phi(), 1);
+        transfer_->interpolate(velocity_);
+        transfer_->spread(force_);
+    }
+    return (wall_.total() - before + (forces - 1)*solid)/times;
 }
 
 

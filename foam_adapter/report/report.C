@@ -87,7 +87,7 @@ Foam::autoPtr<Foam::OFstream> Foam::periFoam::report::openTable
 ) const
 {
     return
-        Pstream::master()
+        writes_ && Pstream::master()
       ? createFile(name)
       : autoPtr<OFstream>(new OFstream("/dev/null"));
 }
@@ -365,7 +365,8 @@ Foam::periFoam::report::report
     const objectRegistry& obr,
     const word& name,
     const string& title,
-    const wallTime& wall
+    const wallTime& wall,
+    const bool writes
 )
 :
     writeFile(obr, name),
@@ -374,6 +375,7 @@ Foam::periFoam::report::report
     title_(title),
     wall_(wall),
     startTime_(s.time().value()),
+    writes_(writes),
     pieces_(s.bodies().size(), Zero),
     freePieces_(s.bodies().size(), Zero),
     brokenThen_(s.bodies().size(), int64_t(0))

@@ -363,7 +363,7 @@ void Foam::periFoam::solidRun::fail
 
 // * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
 
-Foam::periFoam::solidRun::solidRun(Time& time)
+Foam::periFoam::solidRun::solidRun(Time& time, const bool dry)
 :
     time_(time),
     scene_(time),
@@ -397,18 +397,36 @@ Foam::periFoam::solidRun::solidRun(Time& time)
         }
         setDeltaT(); // before the first run(), which compares it with endTime
     }
-    report_.reset(new report(scene_, time_, "solid", "periSolidFoam", wall_));
+    report_.reset
+    (
+        new report(scene_, time_, "solid", "periSolidFoam", wall_, !dry)
+    );
     announce();
     if (!resumed)
     {
         begin();
-        writeFields();
+        if (!dry)
+        {
+            writeFields();
+        }
     }
     wall_.start();
 }
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::scalar Foam::periFoam::solidRun::secondsPerStep()
+{
+    constexpr label times = 3;
+    const scalar before = wall_.total();
+    for (label k = 0; integrator_ && k < times; ++k)
+    {
+        begin();
+    }
+    return (wall_.total() - before)/times;
+}
+
 
 void Foam::periFoam::solidRun::setDeltaT()
 {
