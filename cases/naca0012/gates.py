@@ -4,6 +4,7 @@ LEVELS = (64, 128, 256)
 
 RUNS = {
     **{f"c{n}": [f"N={n}"] for n in LEVELS},
+    "nose512": ["N=512", "endTime=3"],  # the pressure there settles long before the drag
     "immersed128": ["N=128", "coupling=immersed"],
 }
 
@@ -41,9 +42,15 @@ def line(run, name):
 
 
 def stagnation(run):
-    """Pressure coefficient in the cell that the nose begins in, or before it."""
-    cells = int(run.key.split("N=")[1].split()[0])
-    return max(cp for x, cp in line(run, "nose") if x < 1 / cells)
+    """Pressure coefficient at the nose, by a straight line through the last two cells before it:
+    pressures in covered cells are not the gas's."""
+    (s, a), (x, b) = [cell for cell in line(run, "nose") if cell[0] < 0][-2:]
+    return b + (b - a) / (x - s) * (0 - x)
+
+
+def stagnation_limit(fine, coarse):
+    """Of cells without width: the error is of first order, and the cells' ratio 2."""
+    return 2 * stagnation(fine) - stagnation(coarse)
 
 
 def asymmetry(run):

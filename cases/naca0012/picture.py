@@ -50,6 +50,6 @@ right.text(-0.145, 1.08, "1.064, isentropic", fontsize=8)
 right.axvline(0, color=GREY, lw=0.8)
 right.set(xlabel="x/c", ylabel="pressure coefficient", xlim=(-0.15, 0.02), ylim=(0, 1.2),
           xticks=(-0.15, -0.1, -0.05, 0),
-          title="ahead of the nose, on the axis")
+          title="on the axis, ahead of the nose and in it")
 right.legend(frameon=False, fontsize=8, loc="center left")
 save(figure, CASE)
