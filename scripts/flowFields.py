@@ -8,6 +8,9 @@ def values(path):
     text = pathlib.Path(path).read_text()
     head = re.search(r"^\s*(?:internalField\s+nonuniform\s+List<\w+>\s*)?(\d+)\s*\n\(\n",
                      text, re.M)
+    same = re.search(r"^\s*(\d+)\{([^}]*)\}", text, re.M)
+    if not head and same:
+        return [float(same[2])] * int(same[1])
     if not head:
         raise ValueError(f"{path} is no list of numbers in ascii")
     lines = text[head.end():].split("\n", int(head[1]))[:int(head[1])]

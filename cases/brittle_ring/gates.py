@@ -55,24 +55,28 @@ def cracked(run):
     return broken_share(compared(run)[2])
 
 
+def sector(x, y):
+    return int(SECTORS * (math.atan2(y, x) / (2 * math.pi) % 1)) % SECTORS
+
+
 def profile(run):
     """Share of broken points in sectors over the angle, at 100 us."""
     count, total = [0] * SECTORS, [0] * SECTORS
     rest, _, damage = compared(run)
     for (x, y, _), d in zip(rest, damage):
-        k = int((math.atan2(y, x) / (2 * math.pi) % 1) * SECTORS)
+        k = sector(x, y)
         total[k] += 1
         count[k] += d >= BROKEN
     return [c / t for c, t in zip(count, total)]
 
 
-def inner_cracks(run, seconds=None):
+def inner_cracks(run):
     """Bands of broken points around the inner third of the wall."""
     rest, _, damage = compared(run)
     broken, total = [0] * SECTORS, [0] * SECTORS
     for (x, y, _), d in zip(rest, damage):
         if math.hypot(x, y) < 0.08:
-            k = int((math.atan2(y, x) / (2 * math.pi) % 1) * SECTORS)
+            k = sector(x, y)
             total[k] += 1
             broken[k] += d >= BROKEN
     full = [b > 0.5 * t for b, t in zip(broken, total)]

@@ -15,6 +15,7 @@ RUNS = {
 BROKEN = 0.4
 HALF = 0.1  # of the pre-crack [m]
 NEAR = 0.4  # of the middle: the cracks that are looked at [m]
+BRANCHES = 0.34  # and for forks, away from the rim along which cracks run [m]
 
 
 @functools.lru_cache(maxsize=None)
@@ -40,15 +41,17 @@ def upstream(run):
 
 
 def fork(run, way):
-    """Degrees between the branches: lines from where the broken points are first more than
-    0.1 m apart across the flow, by the outermost ones there and at the tip; 0: no fork."""
-    ahead = [(way * x, abs(y)) for x, y in cracked(nearest(run.folder, 1)) if way * x > HALF]
-    wide = [p for p in ahead if p[1] > 0.05]
-    if not wide:
+    """Degrees between the branches, 0 without any: x of broken points beyond the pre-crack's
+    tip and more than 0.06 m off the axis, by a straight line over their |y|. Beyond 180 they
+    turn back."""
+    off = [(way * x, abs(y)) for x, y in cracked(nearest(run.folder, 1))
+           if way * x > HALF and abs(y) > 0.06 and math.hypot(x, y) < BRANCHES]
+    if len(off) < 6:
         return 0.0
-    root = min(x for x, _ in wide)
-    far = max(wide, key=lambda p: p[1])
-    return 2 * math.degrees(math.atan2(far[1], max(far[0] - root, 1e-9)))
+    mx, my = (sum(p[i] for p in off) / len(off) for i in (0, 1))
+    slope = (sum((x - mx) * (y - my) for x, y in off)
+             / sum((y - my)**2 for _, y in off))
+    return 2 * math.degrees(math.atan2(1, slope))
 
 
 def fork_right(run):

@@ -67,6 +67,18 @@ def crack_angle(run):
     return math.degrees(0.5 * math.atan2(2 * xy, xx - yy)) % 180
 
 
+def branch_angle(run):
+    """Of the branches to the side of the wall that they run along [deg]: mean direction from
+    the inner corner of broken points more than 10 mm away, folded at the diagonal."""
+    rest, _, damage, _ = state(nearest(run.folder, 100e-6))
+    found = []
+    for (x, y, _), d in zip(rest, damage):
+        a, b = sorted((abs(x) - 0.05, abs(y) - 0.05))
+        if d >= BROKEN and math.hypot(a, b) > 0.01:
+            found.append(math.degrees(math.atan2(a, b)))
+    return sum(found) / len(found) if found else math.nan
+
+
 def slenderness(run):
     """Of these points: spread along the axis over across."""
     rest, _, damage, _ = state(nearest(run.folder, 100e-6))
