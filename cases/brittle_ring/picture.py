@@ -9,7 +9,7 @@ from casePictures import pyplot, save, validated
 from damagePoints import LABEL
 
 CASE = "brittle_ring"
-PANELS = (("apart20", 75, "N = 20"), ("apart20", 100, "N = 20"), ("apart20", 150, "N = 20"),
+PANELS = (("apart20", 75, "N = 20"), ("apart20", 100, "N = 20"), ("apart12", 150, "N = 12"),
           ("apart12", 100, "N = 12"), ("apart30", 100, "N = 30"),
           ("immersed12", 100, "N = 12, immersed"))
 POINTS = {"apart12": 12, "apart20": 20, "apart30": 30, "immersed12": 12}

@@ -5,7 +5,7 @@ RUNS = {
     "printed40": ["N=40", "frames=1"],
     "strong40": ["N=40", "charge=1000", "frames=1"],
     "apart40": ["N=40", "charge=1000", "coupling=partitioned", "frames=1"],
-    "apart80": ["N=80", "charge=1000", "coupling=partitioned", "frames=1"],
+    "apart60": ["N=60", "charge=1000", "coupling=partitioned", "frames=1"],
     "yield40": ["N=40", "charge=50000", "coupling=partitioned", "duration=500", "frames=5"],
     "points40": ["N=40", "charge=50000", "coupling=partitioned", "duration=500", "frames=5",
                  "formulation=correspondence"],
@@ -60,6 +60,15 @@ def displacement(run):
     """Of the centre of mass, at the end [mm]."""
     x = run.table("force_block")["centre_x"]
     return 1e3 * (x[-1] - 0.2)
+
+
+def displacement_um(run):
+    return 1e3 * displacement(run)
+
+
+def impulse(run):
+    """Largest of the fluid on the bar along x [N s]."""
+    return max(run.table("force_block")["impulse_x"])
 
 
 def displacement_ratio(fine, coarse):

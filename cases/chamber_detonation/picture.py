@@ -20,8 +20,8 @@ for axis, (name, time) in zip(axes[0], PANELS):
 figure.colorbar(gas, ax=axes[0], label="gas [m/s]", extend="max", shrink=0.9)
 figure.colorbar(dots, ax=axes[0], label="plastic strain", extend="max", shrink=0.9)
 
-RUNS = (("apart40", COLOURS[0], "-", "partitioned, 40"), ("apart80", COLOURS[1], "-",
-        "partitioned, 80"), ("strong40", COLOURS[2], "--", "immersed, 40"))
+RUNS = (("apart40", COLOURS[0], "-", "partitioned, 40"), ("apart60", COLOURS[1], "-",
+        "partitioned, 60"), ("strong40", COLOURS[2], "--", "immersed, 40"))
 for name, colour, style, label in RUNS:
     run = validated(CASE, name)
     body = table(run, "force_block")
