@@ -231,7 +231,7 @@ Foam::label Foam::periFoam::partitioned::begin
         }
         if (resumed)
         {
-            forget(i, body.gone());
+            forget(i, body.findGone());
         }
         body.keep();
     }

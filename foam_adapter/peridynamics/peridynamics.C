@@ -934,7 +934,8 @@ void Foam::functionObjects::peridynamics::moveApart()
         Info<< type() << " " << name() << ": at t = "
             << periFoam::brief(time_.value()) << " s " << gone
             << (gone == 1 ? " point" : " points")
-            << " without bonds left the fluid; let go" << endl;
+            << " with less than half of their bonds left the fluid; let go"
+            << endl;
     }
     place("after the bodies moved");
     apart_->cover(position_);

@@ -14,6 +14,17 @@ Description
 
 #include <cmath>
 
+// * * * * * * * * * * * * * * * Local Functions * * * * * * * * * * * * * * //
+
+namespace
+{
+
+//- Points that have lost this share of their bonds may leave the fluid
+constexpr Foam::scalar debris = 0.5;
+
+} // End anonymous namespace
+
+
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
 void Foam::periFoam::solidBody::setMotions(const scalar time)
@@ -173,7 +184,17 @@ Foam::labelList Foam::periFoam::solidBody::driven() const
 
 Foam::labelList Foam::periFoam::solidBody::letGo(const boundBox& box)
 {
-    DynamicList<label> outside, gone;
+    const label d = view_.dimension;
+    const auto stay = [&](const label p)
+    {
+        std::copy(&start_[p*d], &start_[p*d] + d, view_.y + p*d);
+        std::fill(view_.v + p*d, view_.v + (p + 1)*d, 0);
+    };
+    for (const label p : gone_)
+    {
+        stay(p);
+    }
+    DynamicList<label> outside, left;
     for (label p = 0; canBreak() && p < view_.n_moving; ++p)
     {
         const point x(position(p));
@@ -184,26 +205,25 @@ Foam::labelList Foam::periFoam::solidBody::letGo(const boundBox& box)
     }
     if (returnReduce(outside.empty(), andOp<bool>()))
     {
-        return gone;
+        return left;
     }
-    const label d = view_.dimension;
     const scalarField phi(damage());
     for (const label p : outside)
     {
-        if (phi[p] >= 1)
+        if (phi[p] >= debris)
         {
-            gone.append(p);
-            std::copy(&start_[p*d], &start_[p*d] + d, view_.y + p*d);
-            std::fill(view_.v + p*d, view_.v + (p + 1)*d, 0);
+            left.append(p);
+            stay(p);
         }
     }
-    return labelList(std::move(gone));
+    gone_.append(left);
+    return left;
 }
 
 
-Foam::labelList Foam::periFoam::solidBody::gone() const
+const Foam::labelList& Foam::periFoam::solidBody::findGone()
 {
-    DynamicList<label> gone;
+    DynamicList<label> found;
     if (canBreak())
     {
         const scalarField phi(damage());
@@ -211,15 +231,16 @@ Foam::labelList Foam::periFoam::solidBody::gone() const
         {
             if
             (
-                phi[p] >= 1
+                phi[p] >= debris
              && velocity(p) == vector::zero && position(p) != reference(p)
             )
             {
-                gone.append(p);
+                found.append(p);
             }
         }
     }
-    return labelList(std::move(gone));
+    gone_ = found;
+    return gone_;
 }
 
 
