@@ -8,8 +8,7 @@ License
 
 #include "partitioned.H"
 #include "basicThermo.H"
-#include "gaussGrad.H"
-#include "zeroGradientFvPatchFields.H"
+#include "syncTools.H"
 
 #include <cmath>
 
@@ -23,9 +22,6 @@ using namespace Foam;
 //- What moves as a motion says counts as this much heavier in exchanges of
 //  momentum than it is, and so does what is held
 constexpr scalar unmoved = 1e9;
-
-//- Cells with less difference in cover to their neighbours are not at a wall
-constexpr scalar surface = 1e-3;
 
 //- Largest (s/(1 - s))^4: what leaks through is this much less than what would
 //  flow. Larger numbers hide the flow around from linear solvers, which take
@@ -99,70 +95,60 @@ void Foam::periFoam::partitioned::coverByHeld()
 }
 
 
-void Foam::periFoam::partitioned::slip(const volVectorField& U)
+void Foam::periFoam::partitioned::addSlip(fvMatrix<vector>& eqn) const
 {
-    volScalarField s
-    (
-        IOobject
-        (
-            "periFoamCover",
-            mesh_.time().timeName(),
-            mesh_,
-            IOobject::NO_READ,
-            IOobject::NO_WRITE,
-            false
-        ),
-        mesh_,
-        dimensionedScalar(dimless, Zero),
-        zeroGradientFvPatchScalarField::typeName
-    );
-    s.primitiveFieldRef() = min(cover_, scalar(1));
-    s.correctBoundaryConditions();
-    const volVectorField normal
-    (
-        fv::gaussGrad<scalar>(mesh_).calcGrad(s, "periFoamNormal")
-    );
-
-    // Mean velocity of the neighbours that are covered less
-    vectorField beside(mesh_.nCells(), Zero);
-    scalarField weights(mesh_.nCells(), Zero);
-    const auto add = [&](const label celli, const scalar less, const vector& u)
+    const word mu("thermo:mu"), nu("nu");
+    const volVectorField& U = eqn.psi();
+    const bool compressible = mesh_.foundObject<volScalarField>(mu);
+    if (!compressible && !mesh_.foundObject<volScalarField>(nu))
     {
-        const scalar weight = max(s[celli] - less, scalar(0));
-        beside[celli] += weight*u;
-        weights[celli] += weight;
+        return; // without viscosity every wall slips
+    }
+    // Of the equation: over the density where that has none
+    const volScalarField& viscosity =
+        mesh_.lookupObject<volScalarField>(compressible ? mu : nu);
+    vectorField& source = eqn.source();
+    const auto isWall = [](const scalar one, const scalar other)
+    {
+        return (one < 0.5) != (other < 0.5);
+    };
+    // The shear force on a cell over a face, from its neighbour
+    const auto shear = [&](const label facei, const label celli, const vector& u)
+    {
+        const vector S(mesh_.faceAreas()[facei]);
+        const vector n(S/mag(S));
+        const scalar d =
+            2*mag(n & (mesh_.faceCentres()[facei] - mesh_.cellCentres()[celli]));
+        const vector off(u - U[celli]);
+        return viscosity[celli]*mag(S)/d*(off - n*(n & off));
     };
     const labelList& owner = mesh_.faceOwner();
     const labelList& neighbour = mesh_.faceNeighbour();
     forAll(neighbour, facei)
     {
         const label P = owner[facei], N = neighbour[facei];
-        add(P, s[N], U[N]);
-        add(N, s[P], U[P]);
-    }
-    forAll(mesh_.boundary(), patchi)
-    {
-        if (!mesh_.boundary()[patchi].coupled())
+        if (isWall(cover_[P], cover_[N]))
         {
-            continue;
-        }
-        const scalarField less(s.boundaryField()[patchi].patchNeighbourField());
-        const vectorField u(U.boundaryField()[patchi].patchNeighbourField());
-        forAll(less, i)
-        {
-            add(mesh_.boundary()[patchi].faceCells()[i], less[i], u[i]);
+            const vector f(shear(facei, P, U[N]));
+            source[P] += f;
+            source[N] -= f;
         }
     }
-    forAll(beside, celli)
+    scalarField coverBeyond;
+    vectorField UBeyond;
+    syncTools::swapBoundaryCellList(mesh_, cover_, coverBeyond);
+    syncTools::swapBoundaryCellList(mesh_, U.primitiveField(), UBeyond);
+    for (const polyPatch& patch : mesh_.boundaryMesh())
     {
-        if (weights[celli] > surface)
+        for (label i = 0; patch.coupled() && i < patch.size(); ++i)
         {
-            const vector n(normal[celli]/max(mag(normal[celli]), VSMALL));
-            const vector off
-            (
-                beside[celli]/weights[celli] - solidVelocity_[celli]
-            );
-            target_[celli] += off - n*(n & off);
+            const label facei = patch.start() + i;
+            const label beyond = facei - mesh_.nInternalFaces();
+            const label P = owner[facei];
+            if (isWall(cover_[P], coverBeyond[beyond]))
+            {
+                source[P] += shear(facei, P, UBeyond[beyond]);
+            }
         }
     }
 }
@@ -173,7 +159,7 @@ Foam::vectorField Foam::periFoam::partitioned::cellForce
     const volVectorField& U
 ) const
 {
-    return exchange_*(target_ - U.primitiveField());
+    return exchange_*(solidVelocity_ - U.primitiveField());
 }
 
 
@@ -341,14 +327,13 @@ void Foam::periFoam::partitioned::add
           ? 1/(1/drag_[celli] + deltaT/cellMass_[celli])
           : 0;
     }
-    target_ = solidVelocity_;
     if (options_.slip)
     {
-        slip(eqn.psi());
+        addSlip(eqn);
     }
     const scalar unit = rho ? 1 : 1/options_.rho;
     eqn.diag() -= unit*exchange_;
-    eqn.source() -= unit*exchange_*target_;
+    eqn.source() -= unit*exchange_*solidVelocity_;
 }
 
 
