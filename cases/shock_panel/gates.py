@@ -11,7 +11,9 @@ def at(run, time):
     """Deflection of the tip [mm] at a time [s]."""
     tip = run.table("tip")
     times, values = tip["Time"], tip["displacement_x"]
-    i = next(i for i, t in enumerate(times) if t >= time - 1e-9)
+    i = next((i for i, t in enumerate(times) if t >= time - 1e-9), len(times) - 1)
+    if times[i] < 0.99 * time:
+        raise ValueError(f"the run ends at {times[i]:g} s")
     if i == 0 or times[i] <= time + 1e-9:
         return 1e3 * values[i]
     share = (time - times[i - 1]) / (times[i] - times[i - 1])

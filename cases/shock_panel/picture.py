@@ -39,7 +39,7 @@ def schlieren(run, time, where):
     steep = np.hypot(*np.gradient(rho, y, x))
     inside = (x > WINDOW[0]) & (x < WINDOW[1])
     scale = np.quantile(steep[:, inside], 0.995)
-    return x, y, np.exp(-2 * steep / scale)
+    return x, y, np.exp(-6 * steep / scale)
 
 
 run = validated(CASE, "panel8")
