@@ -10,7 +10,7 @@ MAKEFLAGS += --no-builtin-rules
 
 .PHONY: all library adapter applications bootstrap pictures test demo validate chart \
         stability bench bench-programs bench-tools unit-programs parallel-programs sanitize \
-        faults fuzz-reader format check-format clean distclean help force
+        faults fuzz-reader install dist format check-format clean distclean help force
 all: library adapter applications
 
 # --- sources ----------------------------------------------------------------------------
@@ -389,6 +389,23 @@ pictures:
 bench-tools:
 	@scripts/bootstrap build bench
 
+# Where OpenFOAM looks for what its user has built; with other folders by
+# make install FOAM_USER_LIBBIN=<lib> FOAM_USER_APPBIN=<bin>, side by side: programs look in ../lib
+install: all
+	@[ -n "$(FOAM_USER_LIBBIN)" ] && [ -n "$(FOAM_USER_APPBIN)" ] || { \
+	    echo 'make install: FOAM_USER_LIBBIN and FOAM_USER_APPBIN are not set; source your' \
+	        'OpenFOAM'"'"'s etc/bashrc, or name two folders' >&2; exit 1; }
+	mkdir -p "$(FOAM_USER_LIBBIN)" "$(FOAM_USER_APPBIN)"
+	cp lib/libpd.so lib/libperiFoam.so "$(FOAM_USER_LIBBIN)"
+	cp $(APPLICATIONS:%=bin/%) "$(FOAM_USER_APPBIN)"
+
+# What git knows of the last commit
+DIST = periFoam-$(shell git describe --always 2>/dev/null)
+dist:
+	@mkdir -p build
+	git archive --prefix=$(DIST)/ -o build/$(DIST).tar.gz HEAD
+	@echo build/$(DIST).tar.gz
+
 # <options of clang-format>: our C files, those that git does not know yet too. C++ keeps the
 # layout of OpenFOAM, which clang-format cannot express.
 define clang_format
@@ -415,7 +432,7 @@ distclean: clean
 
 help:
 	@echo 'make                 libraries: lib/libpd.a, lib/libpd.so, lib/libperiFoam.so;'
-	@echo '                     applications bin/periSolidFoam, bin/periResume'
+	@echo '                     applications bin/periSolidFoam, bin/periResume, bin/periCheck'
 	@echo 'make library         the C library alone, which needs no OpenFOAM'
 	@echo 'make bootstrap       install what a build needs (scripts/bootstrap build)'
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
@@ -428,6 +445,8 @@ help:
 	@echo 'make bench           how fast forces are: docs/bench.md; SIZE=small is quicker'
 	@echo 'make sanitize        the tests of the C library with sanitizers and valgrind'
 	@echo 'make fuzz-reader     any bytes in place of a checkpoint, for SECONDS=60; needs clang'
+	@echo 'make install         into FOAM_USER_LIBBIN and FOAM_USER_APPBIN'
+	@echo 'make dist            build/periFoam-<commit>.tar.gz'
 	@echo 'make format          lay out the sources with clang-format'
 	@echo 'make check-format    fail if that would change them'
 	@echo 'make clean           remove build, lib and bin'
