@@ -340,11 +340,37 @@ void Foam::functionObjects::peridynamics::checkApart() const
         {
             body.dict().refuse
             (
-                body.dict().found("density") ? "density" : "horizonRatio",
+                "density",
                 "the density of a body that is partitioned or released is "
               + Foam::name(body.options().density)
               + "; allowed: above rhoInf, " + Foam::name(rhoInf_)
             );
+        }
+    }
+}
+
+
+void Foam::functionObjects::peridynamics::checkSpacing() const
+{
+    constexpr scalar rounding = 1.01;
+    for (const periFoam::solidBody& body : bodies_)
+    {
+        scalar widest = 0;
+        for (label p = 0; p < body.nMoving(); ++p)
+        {
+            widest = max(widest, body.view().spacing[p]);
+        }
+        reduce(widest, maxOp<scalar>());
+        if (widest > rounding*apart_->smallestWidth())
+        {
+            OStringStream os;
+            os  << "its points are up to " << widest << " m apart, and some of"
+                << " the fluid's cells there " << apart_->smallestWidth()
+                << " m wide, so that the fluid would pass between points;"
+                << " allowed in bodies that are partitioned or released: a"
+                << " mesh of the body no coarser than the fluid's";
+            const periFoam::checkedDictionary top(scene_.properties());
+            top.sub("bodies").refuse(body.name(), os.str());
         }
     }
 }
@@ -1422,9 +1448,13 @@ Foam::functionObjects::peridynamics::peridynamics
         startApart(time_.value(), resumed);
     }
     startVelocities(resumed);
-    if (mirror_.valid() && !dry)
+    if (everApart_)
     {
         apart_->cover(position_);
+        checkSpacing();
+    }
+    if (mirror_.valid() && !dry)
+    {
         mirror_->reflect(apart_->shares(), apart_->solidVelocity());
     }
     smallestWidth_ = min(smallestWidth_, transfer_->smallestWidth());
