@@ -8,7 +8,7 @@
 .SUFFIXES:
 MAKEFLAGS += --no-builtin-rules
 
-.PHONY: all library adapter applications bootstrap pictures test demo validate chart \
+.PHONY: all library adapter applications bootstrap pictures test demo tutorials validate chart \
         stability bench bench-programs bench-tools unit-programs parallel-programs sanitize \
         faults fuzz-reader install dist format check-format clean distclean help force
 all: library adapter applications
@@ -367,6 +367,10 @@ bench: bench-programs bench-tools
 
 demo: all pictures
 	scripts/demo
+
+# NAMES='cavity jet': only these.
+tutorials: all
+	scripts/tutorials $(NAMES)
 
 validate: all
 	scripts/validate elastic_band
