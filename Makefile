@@ -442,6 +442,7 @@ help:
 	@echo 'make test            build all and run the tests; FILTER=<word> runs some'
 	@echo 'make faults          kills, damaged files, mutated dictionaries; FILTER=<word> runs some'
 	@echo 'make demo            one coupled case, from the mesh to the pictures'
+	@echo 'make tutorials       bodies in OpenFOAM'"'"'s own tutorials; NAMES=...: only these'
 	@echo 'make validate        the elastic band against its reference'
 	@echo 'make chart           error against cost: docs/speed_accuracy.md; LEVEL=full is all of it;'
 	@echo '                     then scripts/advise <case> <quantity> --error 2% answers'
