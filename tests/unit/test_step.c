@@ -244,7 +244,9 @@ static void inertia_takes_the_place_of_density(void **state)
         assert_ok(pd_body_forces(body));
         run(body, *i, step, 10);
         for (size_t k = 0; k < size_of(body); k++)
-            assert_near(view.v[k], 3 * 10 * step / (4 * DENSITY), ROUNDING * step);
+            /* As forces round off, see below, over the time. */
+            assert_near(view.v[k], 3 * 10 * step / (4 * DENSITY),
+                        ROUNDING * 350 / 0.1 * 10 * step / (4 * DENSITY));
         assert_int_equal(pd_body_set_inertia(body, 0).code, PD_BAD_ARGUMENT);
         assert_int_equal(pd_body_set_inertia(body, NAN).code, PD_BAD_ARGUMENT);
         pd_body_destroy(body);
