@@ -40,19 +40,29 @@ def points(run, time, body, *fields):
     return [rest, displacement] + [numbers(folder / field) for field in fields]
 
 
-def cells(run, time, *fields):
-    """Centres of the fluid's cells, bricks, and ascii fields of a write time there."""
-    mesh = run / "constant" / "polyMesh"
+def faces_of(mesh):
+    """Corners of the faces of a mesh in ascii."""
+    text = (mesh / "faces").read_text()
+    return [np.array(face.split(), dtype=int)
+            for face in re.findall(r"^\d+\(([\d ]+)\)", text, re.M)]
+
+
+def centres(mesh):
+    """Middles of cells, from those of their faces: exact for bricks."""
     corners = numbers(mesh / "points")
-    faces = re.findall(r"^4\(([\d ]+)\)", (mesh / "faces").read_text(), re.M)
-    middles = corners[np.array([face.split() for face in faces], dtype=int)].mean(axis=1)
-    owner = numbers(mesh / "owner").astype(int)
-    neighbour = numbers(mesh / "neighbour").astype(int)
-    places, count = np.zeros((owner.max() + 1, 3)), np.zeros(owner.max() + 1)
-    for side in (owner, neighbour):
+    middles = np.array([corners[face].mean(axis=0) for face in faces_of(mesh)])
+    sides = [numbers(mesh / side).astype(int) for side in ("owner", "neighbour")]
+    places, count = np.zeros((sides[0].max() + 1, 3)), np.zeros(sides[0].max() + 1)
+    for side in sides:
         np.add.at(places, side, middles[:len(side)])
         np.add.at(count, side, 1)
-    return [places / count[:, None]] + [numbers(run / time / field) for field in fields]
+    return places / count[:, None]
+
+
+def cells(run, time, *fields):
+    """Centres of the fluid's cells, bricks, and ascii fields of a write time there."""
+    return [centres(run / "constant" / "polyMesh")] + [
+        numbers(run / time / field) for field in fields]
 
 
 def table(run, name):
@@ -70,6 +80,16 @@ def validated(case, name):
     if not (run / "done").is_file():
         sys.exit(f"picture: the run {name} is missing; scripts/validate {case} makes it")
     return run
+
+
+class Run:
+    """What gates.py reads of a run that scripts/validate has made."""
+
+    def __init__(self, case, name):
+        self.folder = validated(case, name)
+
+    def table(self, name):
+        return table(self.folder, name)
 
 
 def save(figure, case):

@@ -2,6 +2,8 @@
 import pathlib
 import re
 
+from writtenFields import at, write_times
+
 
 def values(path):
     """The internal list of a field or the list of a cloud: floats, or tuples of them."""
@@ -19,18 +21,9 @@ def values(path):
     return [float(line) for line in lines]
 
 
-def times(run):
-    """Write times as {seconds: folder}, in order."""
-    found = {}
-    for folder in pathlib.Path(run).iterdir():
-        if re.fullmatch(r"[0-9][0-9.e+-]*", folder.name):
-            found[float(folder.name)] = folder
-    return dict(sorted(found.items()))
-
-
 def nearest(run, seconds):
-    every = times(run)
-    return every[min(every, key=lambda t: abs(t - seconds))]
+    """The folder of the write time nearest to that one."""
+    return at(write_times(run), seconds)
 
 
 def points(folder, body, *fields):

@@ -1,5 +1,11 @@
 """The runs of the chamber, and what is read from them."""
 import math
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from flowFields import points
+from writtenFields import write_times
 
 RUNS = {
     "printed40": ["N=40", "frames=1"],
@@ -108,11 +114,7 @@ def span(places, which):
 
 def shape(run):
     """Places at the last write time and at rest."""
-    import pathlib
-    import sys
-    sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
-    from flowFields import points, times
-    rest, now = points(list(times(run.folder).values())[-1], "block")
+    rest, now = points(list(write_times(run.folder).values())[-1], "block")
     return [p[:2] for p in now], [p[:2] for p in rest]
 
 

@@ -52,18 +52,24 @@ def crack_width(run):
     return area / (4 * 30 * math.sqrt(2))
 
 
-def crack_angle(run):
-    """Of the cracks from the inner corners at 100 us, to the sides [deg]: principal axis of
-    the broken points of the upper right corner, 45 along the diagonal."""
+def corner_points(run):
+    """The broken points of the upper right corner at 100 us, from their middle."""
     rest, _, damage, _ = state(nearest(run.folder, 100e-6))
     near = [(x, y) for (x, y, _), d in zip(rest, damage)
             if d >= BROKEN and x > 0.03 and y > 0.03]
+    mx, my = (sum(p[i] for p in near) / max(len(near), 1) for i in (0, 1))
+    return [(x - mx, y - my) for x, y in near]
+
+
+def crack_angle(run):
+    """Of the cracks from the inner corners at 100 us, to the sides [deg]: principal axis of
+    the broken points of the upper right corner, 45 along the diagonal."""
+    near = corner_points(run)
     if len(near) < 3:
         return math.nan
-    mx, my = (sum(p[i] for p in near) / len(near) for i in (0, 1))
-    xx = sum((p[0] - mx)**2 for p in near)
-    yy = sum((p[1] - my)**2 for p in near)
-    xy = sum((p[0] - mx) * (p[1] - my) for p in near)
+    xx = sum(p[0]**2 for p in near)
+    yy = sum(p[1]**2 for p in near)
+    xy = sum(p[0] * p[1] for p in near)
     return math.degrees(0.5 * math.atan2(2 * xy, xx - yy)) % 180
 
 
@@ -81,14 +87,11 @@ def branch_angle(run):
 
 def slenderness(run):
     """Of these points: spread along the axis over across."""
-    rest, _, damage, _ = state(nearest(run.folder, 100e-6))
-    near = [(x, y) for (x, y, _), d in zip(rest, damage)
-            if d >= BROKEN and x > 0.03 and y > 0.03]
+    near = corner_points(run)
     if len(near) < 3:
         return math.nan
-    mx, my = (sum(p[i] for p in near) / len(near) for i in (0, 1))
-    along = sum(((p[0] - mx) + (p[1] - my))**2 for p in near)
-    across = sum(((p[0] - mx) - (p[1] - my))**2 for p in near)
+    along = sum((p[0] + p[1])**2 for p in near)
+    across = sum((p[0] - p[1])**2 for p in near)
     return math.sqrt(along / across) if across else math.inf
 
 

@@ -1,4 +1,9 @@
 """The runs of the airfoil, and what is read from them."""
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from series import tenth
 
 LEVELS = (64, 128, 256)
 
@@ -9,13 +14,6 @@ RUNS = {
 }
 
 MACH, GAMMA = 0.5, 1.4
-
-
-def tenth(values, k):
-    """Mean of the k-th last tenth."""
-    n = len(values)
-    part = values[n - (k + 1) * n // 10:n - k * n // 10]
-    return sum(part) / len(part)
 
 
 def drag(run):

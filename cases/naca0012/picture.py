@@ -1,29 +1,16 @@
 #!/usr/bin/python3
 """docs/pictures/naca0012.png, from the runs that scripts/validate has made."""
-import importlib.util
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "scripts"))
-from casePictures import COLOURS, GREY, cells, np, pyplot, save, table, validated
+from casePictures import COLOURS, GREY, Run, cells, np, pyplot, save, validated
+from caseRuns import load_gates
 
-spec = importlib.util.spec_from_file_location("gates", HERE / "gates.py")
-gates = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(gates)
+gates = load_gates(HERE)
 
 CASE = "naca0012"
-
-
-class Run:
-    """What gates.py reads of a run."""
-
-    def __init__(self, name):
-        self.folder = validated(CASE, name)
-        self.key = f"N={name[1:]}"
-
-    def table(self, name):
-        return {column: list(values) for column, values in table(self.folder, name).items()}
 
 
 figure, (left, right) = pyplot.subplots(1, 2, figsize=(11, 3.6), width_ratios=(1.5, 1))
@@ -42,7 +29,7 @@ left.set(aspect="equal", xlim=(-0.5, 2), ylim=(-0.5, 0.5), xlabel="x/c", ylabel=
          title=f"N = {finest[1:]}")
 
 for n, colour in zip(gates.LEVELS, COLOURS):
-    run = Run(f"c{n}")
+    run = Run(CASE, f"c{n}")
     x, cp = np.array(gates.line(run, "nose")).T
     right.plot(x, cp, ".-", color=colour, lw=1, label=f"N = {n}: drag {gates.drag(run):.4f}")
 right.axhline(1.064, color="k", ls="--", lw=0.8)

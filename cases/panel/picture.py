@@ -1,29 +1,17 @@
 #!/usr/bin/python3
 """docs/pictures/panel.png, from the runs that scripts/validate has made."""
-import importlib.util
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "scripts"))
-from casePictures import COLOURS, GREY, np, points, pyplot, save, table, validated
+from casePictures import COLOURS, GREY, Run, np, points, pyplot, save, validated
+from caseRuns import load_gates
 
-spec = importlib.util.spec_from_file_location("gates", HERE / "gates.py")
-gates = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(gates)
+gates = load_gates(HERE)
 
 CASE = "panel"
 ROOTS = (1.875104, 4.694091, 7.854757)  # of cos z cosh z = -1
-
-
-class Run:
-    """What gates.py reads of a run."""
-
-    def __init__(self, name):
-        self.folder = validated(CASE, name)
-
-    def table(self, name):
-        return table(self.folder, name)
 
 
 def sudden_tip(time):
@@ -73,7 +61,7 @@ curves = (("static", gates.STATIC, gates.tip_displacement, gates.BEAM_TIP, "o-",
           ("vibration", gates.VIBRATION, gates.frequency, gates.BEAM_FREQUENCY, "o-",
            COLOURS[1], "first frequency"))
 for name, levels, measure, reference, style, colour, label in curves:
-    errors = [over(measure(Run(f"{name}{n}")), reference) for n in levels]
+    errors = [over(measure(Run(CASE, f"{name}{n}")), reference) for n in levels]
     middle.plot(levels, errors, style, color=colour, label=label, ms=4.5)
 middle.axhline(0, color="k", lw=0.8)
 middle.axhspan(-2, 2, color=COLOURS[0], alpha=0.1, lw=0)
@@ -86,7 +74,7 @@ middle.set(xlabel="N, points through the thickness", ylabel="beyond the slender 
 middle.legend(frameon=False, fontsize=8, loc="upper right")
 
 for n, colour in zip(gates.VIBRATION, COLOURS):
-    rows = Run(f"vibration{n}").table("tip")
+    rows = Run(CASE, f"vibration{n}").table("tip")
     right.plot(1e3 * rows["Time"], 1e6 * rows["displacement_x"], color=colour, label=f"N = {n}")
 time = np.linspace(0, rows["Time"][-1], 600)
 right.plot(1e3 * time, 10 * gates.BEAM_TIP * sudden_tip(time), "k--", lw=1,

@@ -7,27 +7,12 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "scripts"))
-from casePictures import COLOURS, GREY, np, numbers, pyplot, save, table, validated
+from casePictures import COLOURS, GREY, centres, np, numbers, pyplot, save, table, validated
 
 CASE = "shock_panel"
 GAS = 287.7  # J/kg/K, as in system/parameters
 STRIP = ("0.0001", "0.0002", "0.0003", "0.0005")
 WINDOW = (-0.06, 0.06)  # along the tube, m
-
-
-def centres(run):
-    """Of the cells, from the points and faces of blockMesh's boxes."""
-    points = numbers(run / "constant/polyMesh/points")
-    owner = numbers(run / "constant/polyMesh/owner").astype(int)
-    text = (run / "constant/polyMesh/faces").read_text().split("\n")
-    faces = [line[2:-1].split() for line in text if line.startswith("4(")]
-    middle = points[np.array(faces, dtype=int)].mean(axis=1)
-    neighbour = numbers(run / "constant/polyMesh/neighbour").astype(int)
-    count = np.bincount(owner) + np.bincount(neighbour, minlength=owner.max() + 1)
-    sums = np.zeros((owner.max() + 1, 3))
-    np.add.at(sums, owner, middle)
-    np.add.at(sums, neighbour, middle[:neighbour.size])
-    return sums / count[:, None]
 
 
 def schlieren(run, time, where):
@@ -59,7 +44,7 @@ axes.errorbar([1.33], [6.2], yerr=[0.4], fmt="s", color=GREY, ms=4, capsize=3,
 axes.set(xlabel="time [ms]", ylabel="tip [mm]", xlim=(0, 2), ylim=(-0.1, 7))
 axes.legend(frameon=False)
 
-where = centres(run)
+where = centres(run / "constant" / "polyMesh")
 for axes, time in zip(lower.subplots(1, len(STRIP)), STRIP):
     x, y, light = schlieren(run, time, where)
     axes.pcolormesh(1e3 * x, 1e3 * y, light, cmap="gray", vmin=0, vmax=1, shading="nearest",

@@ -1,28 +1,16 @@
 #!/usr/bin/python3
 """docs/pictures/shock_slab.png, from the runs that scripts/validate has made."""
-import importlib.util
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "scripts"))
-from casePictures import COLOURS, GREY, cells, np, pyplot, save, table, validated
+from casePictures import COLOURS, GREY, Run, cells, np, pyplot, save, validated
+from caseRuns import load_gates
 
-spec = importlib.util.spec_from_file_location("gates", HERE / "gates.py")
-gates = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(gates)
+gates = load_gates(HERE)
 
 CASE = "shock_slab"
-
-
-class Run:
-    """What gates.py reads of a run."""
-
-    def __init__(self, name):
-        self.folder = validated(CASE, name)
-
-    def table(self, name):
-        return {column: list(values) for column, values in table(self.folder, name).items()}
 
 
 def pressures(name, *times):
@@ -47,7 +35,7 @@ for name, colour, label in (("free5", COLOURS[2], "partitioned, N = 5"),
                             ("free", COLOURS[0], "partitioned, N = 10"),
                             ("free20", COLOURS[1], "partitioned, N = 20"),
                             ("freeImmersed", COLOURS[3], "immersed, N = 10")):
-    t, v, error = np.array(gates.velocity_errors(Run(name))).T
+    t, v, error = np.array(gates.velocity_errors(Run(CASE, name))).T
     middle.plot(1e3 * t, v, color=colour, lw=1)
     right.plot(1e3 * t, 100 * error / v[-1], color=colour, label=label, lw=1)
 exact = np.array(gates.velocities(gates.simple_waves, 1e-3))

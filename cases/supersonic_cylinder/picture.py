@@ -1,28 +1,16 @@
 #!/usr/bin/python3
 """docs/pictures/supersonic_cylinder.png, from the runs that scripts/validate has made."""
-import importlib.util
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "scripts"))
-from casePictures import COLOURS, GREY, cells, np, pyplot, save, table, validated
+from casePictures import COLOURS, GREY, Run, cells, np, pyplot, save, validated
+from caseRuns import load_gates
 
-spec = importlib.util.spec_from_file_location("gates", HERE / "gates.py")
-gates = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(gates)
+gates = load_gates(HERE)
 
 CASE = "supersonic_cylinder"
-
-
-class Run:
-    """What gates.py reads of a run."""
-
-    def __init__(self, name):
-        self.folder = validated(CASE, name)
-
-    def table(self, name):
-        return {column: list(values) for column, values in table(self.folder, name).items()}
 
 
 figure, (left, right) = pyplot.subplots(1, 2, figsize=(11, 4), width_ratios=(1.5, 1))
@@ -40,7 +28,7 @@ left.set(aspect="equal", xlim=(-2, 6), ylim=(-3, 3), xlabel="x/D", ylabel="y/D",
          title="D/64, upper half computed, lower mirrored")
 
 for name, colour in (("d16", COLOURS[2]), ("d32", COLOURS[0]), ("d64", COLOURS[1])):
-    run = Run(name)
+    run = Run(CASE, name)
     x, cp = np.array(gates.line(run)).T
     right.plot(x - 2, cp, "-", color=colour, lw=1,
                label=f"D/{name[1:]}: drag {gates.drag(run):.3f}")
