@@ -10,8 +10,8 @@ from writtenFields import write_times
 RUNS = {
     "printed40": ["N=40", "frames=1"],
     "strong40": ["N=40", "charge=1000", "frames=1"],
-    "apart40": ["N=40", "charge=1000", "coupling=partitioned", "frames=1"],
-    "apart60": ["N=60", "charge=1000", "coupling=partitioned", "frames=1"],
+    **{f"apart{n}": [f"N={n}", "charge=1000", "coupling=partitioned", "frames=1"]
+       for n in (40, 60, 80, 120)},
     "yield40": ["N=40", "charge=50000", "coupling=partitioned", "duration=500", "frames=5"],
     "points40": ["N=40", "charge=50000", "coupling=partitioned", "duration=500", "frames=5",
                  "formulation=correspondence"],

@@ -12,7 +12,7 @@ APART = ["coupling=partitioned"]
 RUNS = {
     "printed": ["N=12", "frames=1", *APART],
     "thousand": ["N=12", "charge=1000", "duration=150", "frames=6", *APART],
-    **{f"apart{n}": [f"N={n}", "charge=250", *APART] for n in (12, 15, 21)},
+    **{f"apart{n}": [f"N={n}", "charge=250", *APART] for n in (12, 15, 21, 30)},
     "immersed12": ["N=12", "charge=250"],
     "released12": ["N=12", "charge=250", "release=75"],
 }
