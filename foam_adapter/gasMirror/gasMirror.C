@@ -8,6 +8,7 @@ License
 
 #include "gasMirror.H"
 #include "basicThermo.H"
+#include "coupledFaces.H"
 #include "fvMesh.H"
 #include "syncTools.H"
 
@@ -62,21 +63,17 @@ void Foam::periFoam::gasMirror::findLayers(const scalarField& cover)
                 layer_[P] = next;
             }
         }
-        for (const polyPatch& patch : mesh_.boundaryMesh())
-        {
-            for (label i = 0; patch.coupled() && i < patch.size(); ++i)
+        forEachCoupledFace
+        (
+            mesh_,
+            [&](label, const label P, const label b)
             {
-                const label facei = patch.start() + i;
-                if
-                (
-                    beyond[facei - mesh_.nInternalFaces()] == next - 1
-                 && layer_[owner[facei]] == deep
-                )
+                if (beyond[b] == next - 1 && layer_[P] == deep)
                 {
-                    layer_[owner[facei]] = next;
+                    layer_[P] = next;
                 }
             }
-        }
+        );
     }
 }
 
@@ -131,21 +128,17 @@ void Foam::periFoam::gasMirror::image
     syncTools::swapBoundaryCellList(mesh_, p_.primitiveField(), pOut);
     syncTools::swapBoundaryCellList(mesh_, T_.primitiveField(), TOut);
     syncTools::swapBoundaryCellList(mesh_, U_.primitiveField(), UOut);
-    for (const polyPatch& patch : mesh_.boundaryMesh())
-    {
-        for (label i = 0; patch.coupled() && i < patch.size(); ++i)
+    forEachCoupledFace
+    (
+        mesh_,
+        [&](const label facei, const label P, const label b)
         {
-            const label facei = patch.start() + i;
-            const label b = facei - mesh_.nInternalFaces();
-            if
-            (
-                layer_[owner[facei]] == layer && layerOut[b] == layer - 1
-            )
+            if (layer_[P] == layer && layerOut[b] == layer - 1)
             {
-                see(owner[facei], Sf[facei], pOut[b], TOut[b], UOut[b]);
+                see(P, Sf[facei], pOut[b], TOut[b], UOut[b]);
             }
         }
-    }
+    );
     for (const label celli : covered_)
     {
         if (layer_[celli] != layer)

@@ -8,6 +8,7 @@ License
 
 #include "partitioned.H"
 #include "basicThermo.H"
+#include "coupledFaces.H"
 #include "syncTools.H"
 
 #include <cmath>
@@ -138,19 +139,17 @@ void Foam::periFoam::partitioned::addSlip(fvMatrix<vector>& eqn) const
     vectorField UBeyond;
     syncTools::swapBoundaryCellList(mesh_, cover_, coverBeyond);
     syncTools::swapBoundaryCellList(mesh_, U.primitiveField(), UBeyond);
-    for (const polyPatch& patch : mesh_.boundaryMesh())
-    {
-        for (label i = 0; patch.coupled() && i < patch.size(); ++i)
+    forEachCoupledFace
+    (
+        mesh_,
+        [&](const label facei, const label P, const label b)
         {
-            const label facei = patch.start() + i;
-            const label beyond = facei - mesh_.nInternalFaces();
-            const label P = owner[facei];
-            if (isWall(cover_[P], coverBeyond[beyond]))
+            if (isWall(cover_[P], coverBeyond[b]))
             {
-                source[P] += shear(facei, P, UBeyond[beyond]);
+                source[P] += shear(facei, P, UBeyond[b]);
             }
         }
-    }
+    );
 }
 
 
@@ -275,7 +274,6 @@ void Foam::periFoam::partitioned::cover(const UList<point>& x)
             momentum[at] = mass_[at]*body.velocity(p);
         }
     }
-    transfer_.locate(x);
     transfer_.weigh(x);
     transfer_.spread(volume_, cover_);
     transfer_.spread(mass_, cellMass_);

@@ -240,11 +240,9 @@ void Foam::functionObjects::peridynamics::readPartitioned
 )
 {
     using periFoam::range;
-    const bool everApart =
-        released_ || releaseTime_ < GREAT || releaseDamage_ < GREAT;
     for (const char* key : {"wall", "wallTemperature", "maxStep"})
     {
-        if (dict.found(key) && !everApart)
+        if (dict.found(key) && !everApart())
         {
             dict.refuse(key, "allowed with type partitioned or a release only");
         }
@@ -264,7 +262,6 @@ void Foam::functionObjects::peridynamics::readPartitioned
             " has no temperature"
         );
     }
-    everApart_ = everApart;
 }
 
 
@@ -289,7 +286,7 @@ void Foam::functionObjects::peridynamics::readBodies()
     }
     bodyForce_.resize(bodies_.size(), vector::zero);
     impulse_.resize(bodies_.size(), vector::zero);
-    if (everApart_)
+    if (everApart())
     {
         checkApart();
         apart_.reset
@@ -781,7 +778,12 @@ Foam::label Foam::functionObjects::peridynamics::firstFarOff() const
 }
 
 
-void Foam::functionObjects::peridynamics::place(const char* when)
+template<class Places>
+void Foam::functionObjects::peridynamics::place
+(
+    const char* when,
+    Places& places
+)
 {
     label start = 0;
     for (const periFoam::solidBody& body : bodies_)
@@ -794,7 +796,7 @@ void Foam::functionObjects::peridynamics::place(const char* when)
     label lost = firstFarOff();
     if (returnReduce(lost < 0, andOp<bool>()))
     {
-        lost = transfer_->locate(position_);
+        lost = places.locate(position_);
     }
     failure f{-1, -1, ""};
     if (lost >= 0)
@@ -886,7 +888,7 @@ void Foam::functionObjects::peridynamics::beginStep()
 
 void Foam::functionObjects::peridynamics::release()
 {
-    if (released_ || !everApart_)
+    if (released_ || !apart_.valid())
     {
         return;
     }
@@ -914,14 +916,8 @@ void Foam::functionObjects::peridynamics::startApart
 )
 {
     pd_status status{};
-    failure f{-1, -1, ""};
-    f.bodyi = apart_->begin(time, resumed, status);
-    if (f.bodyi >= 0)
-    {
-        f.meshCell = label(status.point);
-        f.cause = status.message;
-    }
-    endOn(f);
+    const label bodyi = apart_->begin(time, resumed, status);
+    endOn(bodyi, status);
 }
 
 
@@ -941,18 +937,13 @@ bool Foam::functionObjects::peridynamics::tooDamaged() const
 void Foam::functionObjects::peridynamics::moveApart()
 {
     const scalar deltaT = time_.deltaTValue();
-    failure f{-1, -1, ""};
+    pd_status status{};
+    label bodyi = -1;
     {
         stopwatch watch(wall_, SOLID);
-        pd_status status;
-        f.bodyi = apart_->move(time_.value() - deltaT, deltaT, status);
-        if (f.bodyi >= 0)
-        {
-            f.meshCell = label(status.point);
-            f.cause = status.message;
-        }
+        bodyi = apart_->move(time_.value() - deltaT, deltaT, status);
     }
-    endOn(f);
+    endOn(bodyi, status);
     stopwatch watch(wall_, TRANSFER);
     const label gone = transfer_->periodic() ? 0 : apart_->letGo();
     if (gone)
@@ -963,7 +954,7 @@ void Foam::functionObjects::peridynamics::moveApart()
             << " with less than half of their bonds left the fluid; let go"
             << endl;
     }
-    place("after the bodies moved");
+    place("after the bodies moved", apart_());
     apart_->cover(position_);
 }
 
@@ -973,29 +964,26 @@ void Foam::functionObjects::peridynamics::evaluateForces()
     const scalar deltaT = time_.deltaTValue();
     {
         stopwatch watch(wall_, TRANSFER);
-        place("where forces are taken");
+        place("where forces are taken", transfer_());
         transfer_->weigh(position_);
     }
     {
         stopwatch watch(wall_, SOLID);
-        failure f{-1, -1, ""};
-        forAll(bodies_, i)
+        const scalar time = time_.value() - (1 - level_)*deltaT;
+        pd_status status{};
+        label bodyi = 0;
+        for (; bodyi < bodies_.size() && status.code == PD_OK; ++bodyi)
         {
-            SubList<vector> force(ofBody(force_, i));
-            const scalar time = time_.value() - (1 - level_)*deltaT;
-            bodies_[i].dragAlong(deltaT, rhoInf_);
-            pd_status status = bodies_[i].setLoads(time);
+            periFoam::solidBody& body = bodies_[bodyi];
+            body.dragAlong(deltaT, rhoInf_);
+            status = body.setLoads(time);
             if (status.code == PD_OK)
             {
-                status = bodies_[i].forces(force);
-            }
-            if (status.code != PD_OK)
-            {
-                f = failure{i, label(status.point), status.message};
-                break;
+                SubList<vector> force(ofBody(force_, bodyi));
+                status = body.forces(force);
             }
         }
-        endOn(f);
+        endOn(bodyi - 1, status);
     }
     stopwatch watch(wall_, TRANSFER);
     terms_->update();
@@ -1057,20 +1045,16 @@ void Foam::functionObjects::peridynamics::advanceHistories
         rest[p] -= known_[p];
     }
     known_ = v;
-    failure f{-1, -1, ""};
-    forAll(bodies_, i)
+    pd_status status{};
+    label bodyi = 0;
+    for (; bodyi < bodies_.size() && status.code == PD_OK; ++bodyi)
     {
-        const pd_status status = bodies_[i].advance
+        status = bodies_[bodyi].advance
         (
-            ofBody(rest, i), time_.deltaTValue()
+            ofBody(rest, bodyi), time_.deltaTValue()
         );
-        if (status.code != PD_OK)
-        {
-            f = failure{i, label(status.point), status.message};
-            break;
-        }
     }
-    endOn(f);
+    endOn(bodyi - 1, status);
 }
 
 
@@ -1101,7 +1085,7 @@ void Foam::functionObjects::peridynamics::moveAlong()
     }
     stopwatch watch(wall_, TRANSFER);
     moveBy(meanVelocity_, 1);
-    place("at the end of the step");
+    place("at the end of the step", transfer_());
     findForces(before);
     forAll(bodies_, i)
     {
@@ -1237,6 +1221,25 @@ void Foam::functionObjects::peridynamics::endOn(const failure& mine)
         ++rank;
     }
     fail(failure{bodies[rank], cells[rank], causes[rank]});
+}
+
+
+void Foam::functionObjects::peridynamics::endOn
+(
+    const label bodyi,
+    const pd_status& status
+)
+{
+    const bool well = status.code == PD_OK;
+    endOn
+    (
+        failure
+        {
+            well ? -1 : bodyi,
+            well ? -1 : label(status.point),
+            well ? "" : status.message
+        }
+    );
 }
 
 
@@ -1418,7 +1421,6 @@ Foam::functionObjects::peridynamics::peridynamics
     kernel_(nullptr),
     bodies_(scene_.bodies()),
     implicitElastic_(0),
-    everApart_(false),
     released_(false),
     releaseTime_(GREAT),
     releaseDamage_(GREAT),
@@ -1441,15 +1443,16 @@ Foam::functionObjects::peridynamics::peridynamics
     readBodies();
     checkPlaces();
     const bool resumed = resume();
-    place("before the first step");
+    place("before the first step", transfer_());
     transfer_->weigh(position_);
     if (released_)
     {
         startApart(time_.value(), resumed);
     }
     startVelocities(resumed);
-    if (everApart_)
+    if (apart_.valid())
     {
+        place("before the first step", apart_());
         apart_->cover(position_);
         checkSpacing();
     }
@@ -1464,7 +1467,10 @@ Foam::functionObjects::peridynamics::peridynamics
         holdTime_ = holdTime();
         stableStep_ = stepAtRest_;
     }
-    buildHolds();
+    if (!released_)
+    {
+        buildHolds();
+    }
     checkStep(time_.isAdjustTimeStep());
     appendSource();
     keepOldFields();
@@ -1572,7 +1578,7 @@ Foam::scalar Foam::functionObjects::peridynamics::secondsPerStep()
             body.begin(time_.value());
         }
         solid += wall_.total() - start;
-        place("before the first step");
+        place("before the first step", transfer_());
         transfer_->weigh(position_);
         transfer_->sample(U(), phi(), 1);
         transfer_->interpolate(velocity_);
