@@ -89,6 +89,13 @@ const char* const solversThatAsk =
     "pimpleFoam, pisoFoam, simpleFoam, interFoam, interIsoFoam, rhoPimpleFoam,"
     " sonicFoam; rhoCentralFoam with partitioned bodies";
 
+//- Others are found out at the end of their first step
+const wordHashSet solversThatDoNot
+({
+    "icoFoam", "nonNewtonianIcoFoam", "potentialFoam", "dnsFoam", "mhdFoam",
+    "cavitatingFoam"
+});
+
 } // End anonymous namespace
 
 
@@ -388,16 +395,18 @@ void Foam::functionObjects::peridynamics::checkSolver() const
                 << exit(FatalIOError);
         }
     }
+    const word solver(solverName());
+    if (solversThatDoNot.found(solver))
+    {
+        failUnasked(solver + " does not ask");
+    }
     const periFoam::checkedDictionary coupling(top.sub("coupling"));
     if (!foundObject<volVectorField>(UName_))
     {
         coupling.refuse
         (
             "U",
-            "the solver " + time_.controlDict().lookupOrDefault<word>
-            (
-                "application", "(unnamed)"
-            ) + " has no velocity field " + UName_
+            "the solver " + solver + " has no velocity field " + UName_
         );
     }
     if (!foundObject<surfaceScalarField>(phiName_))
@@ -428,6 +437,26 @@ void Foam::functionObjects::peridynamics::checkSolver() const
             << "; allowed: those of a volume flux or a mass flux";
         coupling.refuse("phi", os.str());
     }
+}
+
+
+Foam::word Foam::functionObjects::peridynamics::solverName() const
+{
+    const word program(Foam::getEnv("FOAM_EXECUTABLE"));
+    return
+        program.empty() || program == "periCheck"
+      ? time_.controlDict().lookupOrDefault<word>("application", "(unnamed)")
+      : program;
+}
+
+
+void Foam::functionObjects::peridynamics::failUnasked(const string& what) const
+{
+    FatalIOErrorInFunction(time_.controlDict())
+        << "the solver " << what.c_str() << " for momentum sources on "
+        << UName_ << ", so that the solid would not act on the flow; allowed:"
+        << " solvers that do, such as " << solversThatAsk
+        << exit(FatalIOError);
 }
 
 
@@ -1339,8 +1368,7 @@ void Foam::functionObjects::peridynamics::startVelocities(const bool resumed)
 
 void Foam::functionObjects::peridynamics::announce() const
 {
-    Info<< nl << type() << " " << name() << ": coupled to "
-        << time_.controlDict().lookupOrDefault<word>("application", "solver")
+    Info<< nl << type() << " " << name() << ": coupled to " << solverName()
         << " through " << UName_ << " and " << phiName_
         << ", kernel " << kernel_->name;
     if (!kernel_->evenOdd && !released_)
@@ -1636,15 +1664,11 @@ bool Foam::functionObjects::peridynamics::execute()
     }
     else
     {
-        FatalIOErrorInFunction(time_.controlDict())
-            << "the solver "
-            << time_.controlDict().lookupOrDefault<word>
-               ("application", "(unnamed)")
-            << " did not ask for momentum sources on " << UName_
-            << " in step " << time_.timeIndex()
-            << ", so that the solid would not act on the flow; allowed:"
-            << " solvers that do, such as " << solversThatAsk
-            << exit(FatalIOError);
+        failUnasked
+        (
+            solverName() + " did not ask in step "
+          + Foam::name(time_.timeIndex())
+        );
     }
 
     stopwatch watch(wall_, OUTPUT);

@@ -627,7 +627,7 @@ void Foam::periFoam::solidBody::readProtected(const polyMesh& solid)
     (
         damage.choices("protect", solid.cellZones().names())
     );
-    List<unsigned char> protect(solid.nCells(), (unsigned char)(0));
+    List<unsigned char> protect(solid.nCells(), static_cast<unsigned char>(0));
     for (const word& zone : zones)
     {
         for (const label celli : solid.cellZones()[zone])

@@ -225,7 +225,7 @@ Foam::periFoam::solidBody::solidBody
     orient(solid);
     const pd_body_options o(options(rhoInf));
 
-    List<unsigned char> held(solid.nCells(), (unsigned char)(0));
+    List<unsigned char> held(solid.nCells(), static_cast<unsigned char>(0));
     readHolds(solid, held);
     createBody(solid, o, held);
 
