@@ -1293,6 +1293,7 @@ void Foam::functionObjects::peridynamics::fail(const failure& f)
         }
         time.setTime(doneTime_, doneIndex_);
         time.writeNow();
+        updateCellFields();
         writeFields();
         kept =
             "the last good state is written to " + time.timeName()
@@ -1391,7 +1392,30 @@ void Foam::functionObjects::peridynamics::announce() const
 }
 
 
-void Foam::functionObjects::peridynamics::writeFields()
+Foam::volScalarField& Foam::functionObjects::peridynamics::cellField
+(
+    const word& name
+) const
+{
+    if (!foundObject<volScalarField>(name))
+    {
+        // Not AUTO_WRITE: solvers write before this is up to date
+        regIOobject::store
+        (
+            new volScalarField
+            (
+                IOobject(name, time_.timeName(), mesh_),
+                mesh_,
+                dimensionedScalar(dimless, Zero),
+                zeroGradientFvPatchScalarField::typeName
+            )
+        );
+    }
+    return lookupObjectRef<volScalarField>(name);
+}
+
+
+void Foam::functionObjects::peridynamics::updateCellFields()
 {
     DynamicList<point> place;
     DynamicList<scalar> volume, damaged;
@@ -1404,22 +1428,38 @@ void Foam::functionObjects::peridynamics::writeFields()
             volume.append(body.volume(p));
             damaged.append(body.volume(p)*phi[p]);
         }
-        if (scene_.writesFields())
-        {
-            periFoam::writePointCloud(mesh_, transfer_(), body);
-        }
     }
-    scene_.writePictures(name());
-    scalarField solid, damage;
+    volScalarField& solidFraction = cellField("solidFraction");
+    volScalarField& damage = cellField("damage");
+    scalarField& solid = solidFraction.primitiveFieldRef();
     transfer_->spreadAmount(place, volume, solid);
-    transfer_->spreadAmount(place, damaged, damage);
+    transfer_->spreadAmount(place, damaged, damage.primitiveFieldRef());
     forAll(solid, celli)
     {
         damage[celli] = solid[celli] > 0 ? damage[celli]/solid[celli] : 0;
     }
     solid /= mesh_.V();
-    periFoam::writeCellField(mesh_, "solidFraction", dimless, solid);
-    periFoam::writeCellField(mesh_, "damage", dimless, damage);
+    solidFraction.correctBoundaryConditions();
+    damage.correctBoundaryConditions();
+}
+
+
+void Foam::functionObjects::peridynamics::writeFields() const
+{
+    if (scene_.writesFields())
+    {
+        for (const periFoam::solidBody& body : bodies_)
+        {
+            periFoam::writePointCloud(mesh_, transfer_(), body);
+        }
+    }
+    scene_.writePictures(name());
+    for (const char* field : {"solidFraction", "damage"})
+    {
+        volScalarField& written = cellField(field);
+        written.instance() = time_.timeName();
+        written.write();
+    }
 }
 
 
@@ -1465,6 +1505,10 @@ Foam::functionObjects::peridynamics::peridynamics
     capping_(false),
     wall_(wordList({"solid", "transfer", "output", "flow"}))
 {
+    if (postProcess)
+    {
+        return; // nothing moves
+    }
     checkFunctionKeys(dict);
     readCoupling();
     checkSolver();
@@ -1511,6 +1555,7 @@ Foam::functionObjects::peridynamics::peridynamics
     );
     report_->addForceTables();
     announce();
+    updateCellFields();
     if (!resumed && !dry)
     {
         writeFields();
@@ -1650,7 +1695,7 @@ bool Foam::functionObjects::peridynamics::read(const dictionary& dict)
 
 bool Foam::functionObjects::peridynamics::execute()
 {
-    if (doneIndex_ == time_.timeIndex())
+    if (postProcess || doneIndex_ == time_.timeIndex())
     {
         return true;
     }
@@ -1673,6 +1718,11 @@ bool Foam::functionObjects::peridynamics::execute()
 
     stopwatch watch(wall_, OUTPUT);
     const label step = time_.timeIndex();
+    const label interval = scene_.cellFieldInterval();
+    if (time_.writeTime() || (interval && step % interval == 0))
+    {
+        updateCellFields();
+    }
     if (step % outputInterval_ == 0 || time_.isAdjustTimeStep())
     {
         stableStep_ = stableStep(true);
@@ -1701,7 +1751,10 @@ bool Foam::functionObjects::peridynamics::execute()
 
 bool Foam::functionObjects::peridynamics::write()
 {
-    if (time_.writeTime() && doneIndex_ == time_.timeIndex())
+    if
+    (
+       !postProcess && time_.writeTime() && doneIndex_ == time_.timeIndex()
+    )
     {
         stopwatch watch(wall_, OUTPUT);
         writeFields();

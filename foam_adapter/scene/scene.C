@@ -151,7 +151,7 @@ void Foam::periFoam::scene::readOutput()
     {
         names.append(*name);
     }
-    output_ = output{true, false, {"displacement", "damage"}, false};
+    output_ = output{true, false, {"displacement", "damage"}, false, 0};
     const checkedDictionary top(properties());
     if (!top.found("output"))
     {
@@ -174,6 +174,7 @@ void Foam::periFoam::scene::readOutput()
     output_.single =
         dict.choiceOr("double", "precision", wordList({"double", "single"}))
      == "single";
+    output_.interval = dict.integerOr(0, "cellFieldInterval", 0);
     dict.finish();
 }
 
