@@ -131,7 +131,7 @@ public:
         labelField cell(body_.view().n_owned);
         forAll(cell, p)
         {
-            cell[p] = body_.view().given[p];
+            cell[p] = body_.view().id[p];
         }
         writeHosted("cell", cell);
     }
