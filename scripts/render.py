@@ -1,9 +1,11 @@
-"""Draws a run for scripts/render: pvbatch render.py <run> <out> times=... length=...
+"""Draws a run for scripts/render: pvbatch render.py <run> <out> times=... length=... film=...
 
 ParaView draws what is inside the panels, without any text; matplotlib lays them out.
 """
 
 import os
+import shutil
+import subprocess
 import sys
 
 import matplotlib
@@ -15,6 +17,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.ticker import MaxNLocator
 from paraview import simple
+from PIL import Image
 from vtk.util.numpy_support import vtk_to_numpy
 
 from writtenRun import arrays, sources, spacing, times_and_bodies
@@ -231,7 +234,7 @@ class Sheet:
         gap, label, bars = round(0.6 * font), round(1.9 * font), round(4.4 * font)
         all_size = columns * (width + gap) + gap, rows * (height + label) + bars
         self.all_size = np.array([n + n % 2 for n in all_size])  # even, as films want it
-        self.figure = pyplot.figure(figsize=self.all_size / 100, dpi=100)
+        self.figure = pyplot.figure(figsize=(self.all_size + 0.1) / 100, dpi=100)
 
         self.panels = [
             self.panel(gap + c * (width + gap), label + r * (height + label))
@@ -300,7 +303,25 @@ class Sheet:
         return "%.*f" % (digits, time)
 
 
-def main(folder, out, strip_times, length):
+def film(frames, out, rate):
+    """Writes a film of pictures; returns its path."""
+    if shutil.which("ffmpeg"):
+        path = os.path.join(out, "film.mp4")
+        pattern = os.path.join(out, "frame_%03d.png")
+        subprocess.run(["ffmpeg", "-v", "error", "-y", "-framerate", str(rate), "-i", pattern,
+                        "-pix_fmt", "yuv420p", path], check=True, stdin=subprocess.DEVNULL)
+        return path
+    path = os.path.join(out, "film.gif")
+    # One palette for all, or colours would flicker
+    palette = Image.open(frames[-1]).convert("RGB").quantize(256, Image.MAXCOVERAGE)
+    pictures = [Image.open(frame).convert("RGB").quantize(palette=palette, dither=0)
+                for frame in frames]
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / rate),
+                     loop=0)
+    return path
+
+
+def main(folder, out, strip_times, length, rate):
     simple._DisableFirstRenderCameraReset()
     run = Run(folder)
     view = View(run)
@@ -309,8 +330,9 @@ def main(folder, out, strip_times, length):
 
     width = round(FRAME_HEIGHT * aspect)
     sheet = Sheet(run, view, 1, 1, width, FRAME_HEIGHT, FRAME_FONT, length)
+    frames = [os.path.join(out, "frame_%03d.png" % i) for i in range(len(run.times))]
     for i, time in enumerate(run.times):
-        sheet.draw([time], os.path.join(out, "frame_%03d.png" % i))
+        sheet.draw([time], frames[i])
         if (i + 1) % 10 == 0:
             print("render: %d of %d frames" % (i + 1, len(run.times)), flush=True)
 
@@ -328,6 +350,8 @@ def main(folder, out, strip_times, length):
         axes.set_visible(False)
     sheet.draw(chosen, os.path.join(out, "strip.png"))
     print("render: %d frames and strip.png in %s" % (len(run.times), os.path.abspath(out)))
+    if rate:
+        print("render: %s" % os.path.abspath(film(frames, out, int(rate))))
 
 
 folder, out, *keys = sys.argv[1:]
