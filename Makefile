@@ -300,7 +300,7 @@ $(TEST_APPLICATIONS): build/bin/%: build/objects/tests/transfer/%.o lib/libperiF
 	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../../lib' $(ADAPTER_LDFLAGS) \
 	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
 
-test: all $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
+test: all pictures $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
 	@rm -f $(filter-out $(UNIT_PROGRAMS),$(wildcard build/tests/*))
 	@rm -f $(filter-out $(PARALLEL_PROGRAMS),$(wildcard build/parallel/*))
 	@tests/run $(FILTER)
