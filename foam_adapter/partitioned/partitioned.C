@@ -322,7 +322,7 @@ void Foam::periFoam::partitioned::add
         drag_[celli] = density*V[celli]/deltaT*tightness(cover_[celli], most);
         exchange_[celli] =
             drag_[celli] > 0 && cellMass_[celli] > 0
-          ? 1/(1/drag_[celli] + deltaT/cellMass_[celli])
+          ? 1/(1/drag_[celli] + options_.implicitDrag*deltaT/cellMass_[celli])
           : 0;
     }
     if (options_.slip)

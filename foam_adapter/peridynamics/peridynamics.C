@@ -247,7 +247,11 @@ void Foam::functionObjects::peridynamics::readPartitioned
 )
 {
     using periFoam::range;
-    for (const char* key : {"wall", "wallTemperature", "maxStep"})
+    for
+    (
+        const char* key :
+        {"wall", "wallTemperature", "maxStep", "implicitDrag"}
+    )
     {
         if (dict.found(key) && !everApart())
         {
@@ -259,6 +263,7 @@ void Foam::functionObjects::peridynamics::readPartitioned
         rhoInf_,
         dict.numberOr(0.8, "maxStep", range::between(0, 1, false, true), dimless),
         dict.choiceOr("noSlip", "wall", wordList({"noSlip", "slip"})) == "slip",
+        dict.numberOr(1, "implicitDrag", range::between(0.5, 1, true, true), dimless),
         dict.numberOr(0, "wallTemperature", range::above(0), dimTemperature)
     };
     if (apartOptions_.temperature > 0 && !compressible_)
