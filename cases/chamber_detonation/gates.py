@@ -12,6 +12,8 @@ RUNS = {
     "strong40": ["N=40", "charge=1000", "frames=1"],
     **{f"apart{n}": [f"N={n}", "charge=1000", "coupling=partitioned", "frames=1"]
        for n in (40, 60, 80, 120)},
+    "twoPoints60": ["N=60", "charge=1000", "coupling=partitioned", "frames=1", "pointsPerCell=2"],
+    "onePoint60": ["N=60", "charge=1000", "coupling=partitioned", "frames=1", "pointsPerCell=1"],
     "yield40": ["N=40", "charge=50000", "coupling=partitioned", "duration=500", "frames=5"],
     "points40": ["N=40", "charge=50000", "coupling=partitioned", "duration=500", "frames=5",
                  "formulation=correspondence"],
@@ -79,6 +81,11 @@ def impulse(run):
 
 def displacement_ratio(fine, coarse):
     return displacement(fine) / displacement(coarse)
+
+
+def solid_share(run):
+    """Of solid and transfer, of the wall time [%]."""
+    return 100 * (run.parts["solid"] + run.parts["transfer"]) / run.core_seconds
 
 
 def kinetic_peak(run):
