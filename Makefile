@@ -8,7 +8,7 @@
 .SUFFIXES:
 MAKEFLAGS += --no-builtin-rules
 
-.PHONY: all library adapter applications bootstrap pictures test demo tutorials validate chart \
+.PHONY: all library adapter applications bootstrap pictures try-pictures test demo tutorials validate chart \
         stability bench bench-programs bench-tools unit-programs parallel-programs sanitize \
         faults fuzz-reader install dist format check-format clean distclean help force
 all: library adapter applications
@@ -300,10 +300,14 @@ $(TEST_APPLICATIONS): build/bin/%: build/objects/tests/transfer/%.o lib/libperiF
 	$(call brief,LD)$(CXX) -o $@ $< -Wl,-rpath,'$$ORIGIN/../../lib' $(ADAPTER_LDFLAGS) \
 	    -Llib -lperiFoam $(FOAM_LIBS) $(MPI_LINK)
 
-test: all pictures $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
+test: all try-pictures $(UNIT_PROGRAMS) $(PARALLEL_PROGRAMS) $(TEST_APPLICATIONS)
 	@rm -f $(filter-out $(UNIT_PROGRAMS),$(wildcard build/tests/*))
 	@rm -f $(filter-out $(PARALLEL_PROGRAMS),$(wildcard build/parallel/*))
 	@tests/run $(FILTER)
+
+# Without them the tests of what they draw are left out, and say so.
+try-pictures:
+	@scripts/bootstrap build pictures || echo 'without ParaView: what it shows is not tested' >&2
 
 # What reads files, instrumented; the rest of the library as it is.
 FUZZ_SECONDS = $(or $(SECONDS),60)

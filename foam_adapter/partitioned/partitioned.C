@@ -10,6 +10,7 @@ License
 #include "basicThermo.H"
 #include "coupledFaces.H"
 #include "syncTools.H"
+#include "wallPolyPatch.H"
 
 #include <cmath>
 
@@ -63,6 +64,32 @@ void Foam::periFoam::partitioned::listMasses()
     }
     volume_.transfer(volumes);
     mass_.transfer(masses);
+}
+
+
+void Foam::periFoam::partitioned::findWalls()
+{
+    const boundBox& box = mesh_.bounds();
+    const scalar near = 1e-6*box.mag();
+    FixedList<bool, 6> wall(false), other(false);
+    for (const polyPatch& patch : mesh_.boundaryMesh())
+    {
+        FixedList<bool, 6>& kind = isA<wallPolyPatch>(patch) ? wall : other;
+        for (const point& x : patch.faceCentres())
+        {
+            for (direction axis = 0; axis < 3; ++axis)
+            {
+                kind[2*axis] |= mag(x[axis] - box.min()[axis]) < near;
+                kind[2*axis + 1] |= mag(x[axis] - box.max()[axis]) < near;
+            }
+        }
+    }
+    forAll(walls_, side)
+    {
+        reduce(wall[side], orOp<bool>());
+        reduce(other[side], orOp<bool>());
+        walls_[side] = wall[side] && !other[side];
+    }
 }
 
 
@@ -181,6 +208,7 @@ Foam::periFoam::partitioned::partitioned
     force_(bodies.size(), vector::zero)
 {
     listMasses();
+    findWalls();
     coverByHeld();
 }
 
@@ -245,6 +273,7 @@ Foam::label Foam::periFoam::partitioned::move
                 return i;
             }
         }
+        bodies_[i].stopAt(mesh_.bounds(), walls_);
     }
     return -1;
 }

@@ -58,6 +58,10 @@ const word& endingOnErrors
     const dictionary& dict
 )
 {
+    if (functionObject::postProcess)
+    {
+        return name;
+    }
     FatalError.throwExceptions(false);
     const word region
     (
@@ -274,6 +278,17 @@ void Foam::functionObjects::peridynamics::readPartitioned
         dict.numberOr(1, "implicitDrag", range::between(0.5, 1, true, true), dimless),
         dict.numberOr(0, "wallTemperature", range::above(0), dimTemperature)
     };
+    if
+    (
+        apartOptions_.implicitDrag != 1 && periFoam::gasMirror::needed(mesh_)
+    )
+    {
+        dict.refuse
+        (
+            "implicitDrag", "allowed in a solver that takes no sources, such as"
+            " rhoCentralFoam: 1"
+        );
+    }
     if (apartOptions_.temperature > 0 && !compressible_)
     {
         dict.refuse

@@ -182,6 +182,43 @@ Foam::labelList Foam::periFoam::solidBody::driven() const
 }
 
 
+void Foam::periFoam::solidBody::stopAt
+(
+    const boundBox& box,
+    const FixedList<bool, 6>& sides
+)
+{
+    const label d = view_.dimension;
+    const scalar m = options().horizon_ratio;
+    for (label a = 0; a < d; ++a)
+    {
+        const direction axis = directions_[a];
+        const scalar inside = 1e-6*box.span()[axis];
+        for (label side = 0; side < 2; ++side)
+        {
+            if (!sides[2*axis + side])
+            {
+                continue;
+            }
+            const scalar sign = side ? 1 : -1;
+            const scalar wall =
+                (side ? box.max() : box.min())[axis] - sign*inside;
+            for (label p = 0; p < view_.n_moving; ++p)
+            {
+                scalar& y = view_.y[p*d + a];
+                scalar& v = view_.v[p*d + a];
+                const scalar beyond = sign*(y - wall);
+                if (beyond > 0 && beyond <= m*view_.spacing[p])
+                {
+                    y = wall;
+                    v = sign*min(sign*v, scalar(0));
+                }
+            }
+        }
+    }
+}
+
+
 Foam::labelList Foam::periFoam::solidBody::letGo(const boundBox& box)
 {
     const label d = view_.dimension;

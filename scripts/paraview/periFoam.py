@@ -30,7 +30,7 @@ def reader_of(path=None):
 def is_whole(folder):
     """Did the run write times itself, or were they reconstructed, with the points?"""
     patterns = ("*/lagrangian/*/positions", "*/*/lagrangian/*/positions")
-    paths = [p for pattern in patterns for p in glob.glob(os.path.join(folder, pattern))]
+    paths = [p for pattern in patterns for p in glob.glob(os.path.join(glob.escape(folder), pattern))]
     return any(not os.path.relpath(p, folder).startswith("processor") for p in paths)
 
 
@@ -50,11 +50,11 @@ def set_up(reader):
     return flow, points
 
 
-def block(reader, region):
+def block(reader, region, time):
     """One region of the reader: of the flow its name is short, of others it begins with /."""
     part = simple.ExtractBlock(Input=reader)
     part.Selectors = ["/Root" + region if region[0] == "/" else "/Root/defaultRegion/" + region]
-    part.UpdatePipeline(reader.TimestepValues[-1])
+    part.UpdatePipeline(time)
     simple.RenameSource(region.strip("/").split("/")[-1], part)
     return part
 
@@ -166,7 +166,8 @@ def show(path=None, time=None):
         raise RuntimeError("periFoam: %s holds no time with points of a body" % reader.FileName)
     time = times[-1] if time is None else time
     simple.GetAnimationScene().AnimationTime = time
-    meshes, clouds = [block(reader, r) for r in flow], [block(reader, r) for r in points]
+    meshes = [block(reader, region, time) for region in flow]
+    clouds = [block(reader, region, time) for region in points]
     bodies = joined([bounds(cloud) for cloud in clouds])
     all_ = joined([bounds(source) for source in meshes + clouds])
     # Two dimensions: the points are in one plane, and are shown in front of the flow
@@ -197,7 +198,7 @@ def main():
     words = [word for word in getattr(sys, "argv", [])[1:] if not word.startswith("-")]
     path = next((word for word in words if word.endswith(".foam")), None)
     picture = next((word for word in words if word.endswith(".png")), None)
-    time = float(words[2]) if len(words) > 2 else None
+    time = next((float(word) for word in words if word not in (path, picture)), None)
     if path and not os.path.isfile(path):
         sys.exit("periFoam: there is no %s" % path)
     show(os.path.abspath(path) if path else None, time)

@@ -4,6 +4,7 @@
 
 Prints "<argument><tab><what is missing, or nothing>" for each.
 """
+import glob
 import os
 import re
 import sys
@@ -119,6 +120,9 @@ def picture(name):
         return "a picture of %d colours" % colours
     if not clouds:
         return "no points"
+    wanted = glob.glob(os.path.join(folder, name, "postProcessing", "bonds", "*.pvd"))
+    if len(bonds) != len(wanted):
+        return "%d lists of broken bonds, and %d shown" % (len(wanted), len(bonds))
     return next((why for b, c in zip(bonds, clouds) for why in [ends_off(b, c)] if why), None)
 
 
