@@ -5,6 +5,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 from vtkmodules.vtkIOParallel import vtkPOpenFOAMReader
 
+from writtenFields import at, write_times
+
 DECOMPOSED, RECONSTRUCTED = 0, 1  # vtkPOpenFOAMReader's case types
 
 
@@ -17,6 +19,7 @@ class Run:
         # Without a fluid reconstructPar leaves the positions out
         whole = any(self.folder.glob("[0-9]*/**/lagrangian/*/positions"))
         self.part = self.folder if whole else self.folder / "processor0"
+        self.folders = write_times(self.part)
         self.reader = vtkPOpenFOAMReader()
         self.reader.SetFileName(str(self.folder / "case.foam"))
         self.reader.SetCaseType(RECONSTRUCTED if whole else DECOMPOSED)
@@ -33,7 +36,7 @@ class Run:
 
     def folder_at(self, time):
         """<time>, of the run or of its first rank."""
-        return next((path for path in self.part.iterdir() if is_time(path.name, time)), None)
+        return at(self.folders, time)
 
     def points(self, time):
         """{body: (places [n, 3], {field: values})}"""
@@ -42,13 +45,6 @@ class Run:
         found = {}
         collect(self.reader.GetOutput(), found, False)
         return found
-
-
-def is_time(name, time):
-    try:
-        return abs(float(name) - time) <= 1e-9 * abs(time)
-    except ValueError:
-        return False
 
 
 def collect(block, found, cloud):
